@@ -1,0 +1,350 @@
+//! Finger recipes: TOML files that describe one finger.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+
+use crate::chain::{Chain, Gauge, LINKS};
+use crate::cubic::MonotoneCubic;
+
+/// The lowest and highest number of grams, millimetres and so on that a finger can sensibly have;
+/// a value outside is a slip of units.
+const LENGTH_MM: (f64, f64) = (0.1, 500.0);
+const MASS_G: (f64, f64) = (0.001, 1000.0);
+const STIFFNESS_NMM_PER_DEG: (f64, f64) = (0.001, 10_000.0);
+const PRESSURE_KPA: (f64, f64) = (1.0, 1000.0);
+const TORQUE_NMM: (f64, f64) = (0.0, 100_000.0);
+
+/// Why a recipe cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RecipeError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The recipe file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is not TOML, or a field is missing, unknown or of the wrong type.
+    #[error("{}: {message}", path.display())]
+    Parse {
+        /// The recipe file.
+        path: PathBuf,
+        /// The parser's message, with line and column.
+        message: String,
+    },
+    /// A value that no finger can have.
+    #[error("{}: {field} = {value}: {expected}", path.display())]
+    Value {
+        /// The recipe file.
+        path: PathBuf,
+        /// The field, as a path in the file.
+        field: String,
+        /// Its value.
+        value: f64,
+        /// What would be right.
+        expected: String,
+    },
+}
+
+/// A recipe that has been read and checked.
+#[derive(Debug, Clone)]
+pub struct Recipe {
+    /// The name that the recipe gives itself.
+    pub name: String,
+    /// First eight bytes of the SHA-256 of the file.
+    pub inputs_hash: u64,
+    /// The finger.
+    pub chain: Chain,
+}
+
+/// Read first, so that the rest is parsed as its own type and errors keep their line.
+#[derive(Deserialize)]
+struct Head {
+    kind: Kind,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Measured,
+}
+
+/// A finger given by its measured (or published) link chain.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Measured {
+    #[serde(rename = "kind")]
+    _kind: Kind,
+    name: String,
+    links: Links,
+    joints: Joints,
+    torque: Vec<Torque>,
+    gauge: GaugePlace,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Links {
+    length_mm: [f64; LINKS],
+    mass_g: [f64; LINKS],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Joints {
+    stiffness_nmm_per_deg: [f64; LINKS],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Torque {
+    pressure_kpa: f64,
+    torque_nmm: [f64; LINKS],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GaugePlace {
+    from_mm: f64,
+    to_mm: f64,
+    distance_mm: f64,
+}
+
+/// Reads and checks the recipe at `path`.
+pub fn load(path: &Path) -> Result<Recipe, RecipeError> {
+    let text = std::fs::read_to_string(path).map_err(|source| RecipeError::Read {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    parse(path, &text)
+}
+
+/// Checks the recipe `text`; `path` is for messages.
+pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
+    let check = Check { path };
+    let (name, chain) = match from_toml::<Head>(path, text)?.kind {
+        Kind::Measured => {
+            let measured: Measured = from_toml(path, text)?;
+            (measured.name.clone(), measured.chain(&check)?)
+        }
+    };
+    let digest = Sha256::digest(text.as_bytes());
+    let mut first = [0; 8];
+    first.copy_from_slice(&digest[..8]);
+    Ok(Recipe {
+        name,
+        inputs_hash: u64::from_be_bytes(first),
+        chain,
+    })
+}
+
+fn from_toml<T: serde::de::DeserializeOwned>(path: &Path, text: &str) -> Result<T, RecipeError> {
+    toml::from_str(text).map_err(|error| RecipeError::Parse {
+        path: path.to_path_buf(),
+        message: error.to_string().trim_end().to_string(),
+    })
+}
+
+impl Measured {
+    fn chain(&self, check: &Check) -> Result<Chain, RecipeError> {
+        check.each("links.length_mm", &self.links.length_mm, LENGTH_MM)?;
+        check.each("links.mass_g", &self.links.mass_g, MASS_G)?;
+        let stiffness = &self.joints.stiffness_nmm_per_deg;
+        check.each(
+            "joints.stiffness_nmm_per_deg",
+            stiffness,
+            STIFFNESS_NMM_PER_DEG,
+        )?;
+        if self.torque.is_empty() {
+            return Err(check.wrong(
+                "torque",
+                0.0,
+                "needs at least one [[torque]] table with a pressure and its torques",
+            ));
+        }
+        let mut below: Option<&Torque> = None;
+        for (k, torque) in self.torque.iter().enumerate() {
+            let field = format!("torque[{k}].pressure_kpa");
+            check.within(&field, torque.pressure_kpa, PRESSURE_KPA)?;
+            check.each(
+                &format!("torque[{k}].torque_nmm"),
+                &torque.torque_nmm,
+                TORQUE_NMM,
+            )?;
+            if let Some(below) = below {
+                if torque.pressure_kpa <= below.pressure_kpa {
+                    return Err(check.wrong(
+                        &field,
+                        torque.pressure_kpa,
+                        &format!(
+                            "must be above the pressure before it, {} kPa",
+                            below.pressure_kpa
+                        ),
+                    ));
+                }
+                for i in 0..LINKS {
+                    if torque.torque_nmm[i] < below.torque_nmm[i] {
+                        return Err(check.wrong(
+                            &format!("torque[{k}].torque_nmm[{i}]"),
+                            torque.torque_nmm[i],
+                            &format!(
+                                "must not fall with pressure: it is {} at {} kPa",
+                                below.torque_nmm[i], below.pressure_kpa
+                            ),
+                        ));
+                    }
+                }
+            }
+            below = Some(torque);
+        }
+        let torque = |i: usize| {
+            let mut points = vec![(0.0, 0.0)];
+            points.extend(
+                self.torque
+                    .iter()
+                    .map(|t| (t.pressure_kpa, 1e-3 * t.torque_nmm[i])),
+            );
+            MonotoneCubic::starting_flat(&points)
+        };
+        Ok(Chain {
+            link_length_m: self.links.length_mm.map(|mm| 1e-3 * mm),
+            link_mass_kg: self.links.mass_g.map(|g| 1e-3 * g),
+            joint_stiffness_nm_per_rad: stiffness.map(|k| 1e-3 * k * 1f64.to_radians().recip()),
+            joint_torque_nm: std::array::from_fn(torque),
+            gauge: self.gauge.check(check, self.links.length_mm.iter().sum())?,
+        })
+    }
+}
+
+impl GaugePlace {
+    fn check(&self, check: &Check, finger_mm: f64) -> Result<Gauge, RecipeError> {
+        check.within("gauge.from_mm", self.from_mm, (0.0, finger_mm))?;
+        check.within("gauge.to_mm", self.to_mm, (0.0, finger_mm))?;
+        check.within("gauge.distance_mm", self.distance_mm, (0.01, 50.0))?;
+        if self.to_mm <= self.from_mm {
+            return Err(check.wrong(
+                "gauge.to_mm",
+                self.to_mm,
+                &format!("must lie beyond gauge.from_mm, {} mm", self.from_mm),
+            ));
+        }
+        Ok(Gauge {
+            from_m: 1e-3 * self.from_mm,
+            to_m: 1e-3 * self.to_mm,
+            distance_m: 1e-3 * self.distance_mm,
+        })
+    }
+}
+
+/// Checks values and words their errors.
+struct Check<'a> {
+    path: &'a Path,
+}
+
+impl Check<'_> {
+    fn wrong(&self, field: &str, value: f64, expected: &str) -> RecipeError {
+        RecipeError::Value {
+            path: self.path.to_path_buf(),
+            field: field.to_string(),
+            value,
+            expected: expected.to_string(),
+        }
+    }
+
+    fn within(&self, field: &str, value: f64, (low, high): (f64, f64)) -> Result<(), RecipeError> {
+        // A NaN is in no range, so it fails here too.
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        Err(self.wrong(field, value, &format!("must lie within {low} and {high}")))
+    }
+
+    fn each(&self, field: &str, values: &[f64], range: (f64, f64)) -> Result<(), RecipeError> {
+        values
+            .iter()
+            .enumerate()
+            .try_for_each(|(i, &value)| self.within(&format!("{field}[{i}]"), value, range))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAPER: &str = include_str!("../../recipes/paper.toml");
+
+    fn error(from: &str, to: &str) -> String {
+        assert!(PAPER.contains(from), "{from} is not in the recipe");
+        parse(Path::new("x.toml"), &PAPER.replacen(from, to, 1))
+            .expect_err("the recipe is wrong")
+            .to_string()
+    }
+
+    #[test]
+    fn the_paper_is_read_as_printed() {
+        let recipe = parse(Path::new("paper.toml"), PAPER).expect("a good recipe");
+        let chain = recipe.chain;
+        // Table 3 over table 2, summed: 91.2 degrees at 160 kPa.
+        assert!((chain.tip_angle_rad(160.0).to_degrees() - 91.2).abs() < 0.05);
+        assert!((chain.joint_torques_nm(120.0)[2] - 24.49e-3).abs() < 1e-12);
+        assert!((chain.joint_stiffness_nm_per_rad[0] - 4.12e-3 * 57.295_78).abs() < 1e-6);
+        for (share, expected) in chain
+            .gauge_share()
+            .iter()
+            .zip([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        {
+            assert!((share - expected).abs() < 1e-12);
+        }
+        assert_eq!(chain.tip_angle_rad(0.0), 0.0);
+    }
+
+    #[test]
+    fn every_wrong_value_is_named_with_what_would_be_right() {
+        for (from, to, expected) in [
+            (
+                "mass_g = [3.94, 3.94",
+                "mass_g = [3.94, -3.94",
+                "x.toml: links.mass_g[1] = -3.94: must lie within 0.001 and 1000",
+            ),
+            (
+                "[4.12, 1.95,",
+                "[4.12, nan,",
+                "x.toml: joints.stiffness_nmm_per_deg[1] = NaN: must lie within 0.001 and 10000",
+            ),
+            (
+                "pressure_kpa = 80.0",
+                "pressure_kpa = 60.0",
+                "x.toml: torque[1].pressure_kpa = 60: must be above the pressure before it, 60 kPa",
+            ),
+            (
+                "[28.71, 13.62",
+                "[28.71, 3.62",
+                "x.toml: torque[2].torque_nmm[1] = 3.62: must not fall with pressure: it is 7.37 at 80 kPa",
+            ),
+            (
+                "to_mm = 45.0",
+                "to_mm = 0.0",
+                "x.toml: gauge.to_mm = 0: must lie beyond gauge.from_mm, 0 mm",
+            ),
+            (
+                "pressure_kpa = 160.0",
+                "pressure_kpa = inf",
+                "x.toml: torque[5].pressure_kpa = inf: must lie within 1 and 1000",
+            ),
+        ] {
+            assert_eq!(error(from, to), expected);
+        }
+        for (from, to, expected) in [
+            ("distance_mm = 1.0", "", "missing field `distance_mm`"),
+            ("[links]", "[linkz]", "linkz"),
+            ("kind = \"measured\"", "kind = \"guessed\"", "guessed"),
+            ("4.05, 1.36]", "4.05]", "length"),
+        ] {
+            let message = error(from, to);
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}
