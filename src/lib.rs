@@ -1,1 +1,48 @@
+//! Controller of a pneumatic soft gripper with three fingers: hardware-free, allocation-free.
+//!
+//! One call per millisecond, [`Controller::step`](controller::Controller::step), takes converter
+//! codes and gives converter codes. The modules stand in the order in which data flows:
+//!
+//! ```text
+//! RawFrame ─► condition ─► Reading ─► estimate ─► Contact ─► detect ─► Verdict
+//!                                        ▲ table                          │
+//! Command ─────────────────────────────► grasp (the only state machine) ◄─┘
+//! Settings ─► validate ─► Active            │ target pressure
+//!                                           ▼
+//!                                        regulate ─► interlock ─► DAC code
+//! ```
 #![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod fault;
+pub mod frontend;
+pub mod settings;
+pub mod table;
+pub mod units;
+
+pub mod condition;
+pub mod estimate;
+
+pub mod detect;
+
+pub mod grasp;
+
+pub mod regulate;
+
+pub mod interlock;
+
+pub mod controller;
+
+pub mod telemetry;
+
+pub use condition::RawFrame;
+pub use controller::{Controller, Outputs};
+pub use grasp::{Command, Grip};
+
+/// Fingers, and strain gauges, of the gripper.
+pub const FINGERS: usize = 3;
+/// Control tick, µs.
+pub const TICK_US: u64 = 1_000;

@@ -1,0 +1,29 @@
+//! Finger recipe → table.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// The recipe of the finger that the firmware is for, relative to this package.
+const DEFAULT_RECIPE: &str = "recipes/paper.toml";
+
+fn main() -> ExitCode {
+    println!("cargo::rerun-if-env-changed=SOFTGRIP_RECIPE");
+    let recipe = std::env::var("SOFTGRIP_RECIPE").unwrap_or_else(|_| DEFAULT_RECIPE.into());
+    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join(recipe);
+    println!("cargo::rerun-if-changed={}", recipe.display());
+    match make_table(&recipe) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            println!("cargo::error={error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn make_table(recipe: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let recipe = finger::recipe::load(recipe)?;
+    let table = finger::table::Table::of(&recipe);
+    let out = PathBuf::from(std::env::var("OUT_DIR")?).join("finger_table.rs");
+    std::fs::write(out, table.to_rust())?;
+    Ok(())
+}

@@ -1,0 +1,485 @@
+//! Converter codes → strain, pressure and supply, each either trustworthy or named as what it is.
+
+use crate::fault::GaugeFault;
+use crate::frontend::FrontEnd;
+use crate::units::{AdcCode, Kilopascals, Microstrain, Volts};
+use crate::{FINGERS, settings::lag_gain};
+
+/// What the converter delivered for one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RawFrame {
+    /// One gauge per finger.
+    pub gauges: [AdcCode; FINGERS],
+    /// The regulator's pressure monitor.
+    pub monitor: AdcCode,
+    /// The supply voltage.
+    pub supply: AdcCode,
+    /// Scans behind these means; zero says that nothing new arrived.
+    pub scans: u16,
+    /// The converter lost data, so channels may be mixed up.
+    pub overrun: bool,
+}
+
+/// One gauge in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Gauge {
+    /// A strain to be trusted.
+    Valid(Microstrain),
+    /// Nothing usable in this tick.
+    Missing,
+    /// The gauge has failed; latched until acknowledged.
+    Failed(GaugeFault),
+}
+
+impl Gauge {
+    /// The strain, where there is one.
+    pub fn strain(self) -> Option<Microstrain> {
+        match self {
+            Self::Valid(strain) => Some(strain),
+            Self::Missing | Self::Failed(_) => None,
+        }
+    }
+}
+
+/// The regulator's monitor in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Monitor {
+    /// The measured pressure.
+    Valid(Kilopascals),
+    /// Nothing new in this tick.
+    Missing,
+    /// Above anything that the monitor can put out.
+    TooHigh,
+}
+
+/// Everything measured in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// One gauge per finger.
+    pub gauges: [Gauge; FINGERS],
+    /// The pressure.
+    pub monitor: Monitor,
+    /// The supply, if measured in this tick.
+    pub supply: Option<Volts>,
+    /// Ticks since the last usable frame.
+    pub stale_ticks: u32,
+}
+
+/// How a tare went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TareResult {
+    /// The offsets are in use.
+    Done,
+    /// A gauge was missing, failed or further from zero than any bridge's unbalance.
+    Rejected,
+}
+
+/// A bad value must persist this long to be a fault: shorter is a spike, and 20 ms are allowed.
+const PERSIST_TICKS: u16 = 3;
+/// Fastest believable change. A lost object lets the strain run at 140 µε per tick (4 200 µε in 30 ms);
+/// five sigma of the difference of two readings with 400 µε of noise are 2 800 µε.
+const JUMP_UE: f32 = 4_000.0;
+/// A gauge that always flickers and then shows one code for this long is stuck.
+const STUCK_TICKS: u16 = 15;
+/// Share of ticks with a new code above which a gauge counts as flickering.
+const LIVELY: f32 = 0.9;
+/// A gauge that shows one code while the free-bend strain moves by this much is stuck.
+const STUCK_FREE_UE: f32 = 1_500.0;
+/// Averaging time of a tare.
+const TARE_TICKS: u32 = 200;
+/// Largest offset that a tare accepts, µε: 10 % of full scale.
+const TARE_LIMIT_UE: f32 = 2_000.0;
+/// Averaging time of noise and liveliness, ms.
+const STATISTICS_MS: f32 = 250.0;
+
+#[derive(Debug, Clone, Copy)]
+struct Channel {
+    offset: f32,
+    last_valid: Option<f32>,
+    last_code: AdcCode,
+    unchanged: u16,
+    free_at_change: f32,
+    lively: f32,
+    difference_variance: f32,
+    suspect: Option<(GaugeFault, u16)>,
+    failed: Option<GaugeFault>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Tare {
+    sum: [f32; FINGERS],
+    ticks: u32,
+}
+
+/// The state behind the readings: offsets, fault timers, noise.
+#[derive(Debug, Clone, Copy)]
+pub struct Conditioner {
+    channels: [Channel; FINGERS],
+    tare: Option<Tare>,
+    statistics_gain: f32,
+    stale_ticks: u32,
+}
+
+impl Conditioner {
+    /// No tare, no faults.
+    pub fn new() -> Self {
+        let channel = Channel {
+            offset: 0.0,
+            last_valid: None,
+            last_code: AdcCode(0),
+            unchanged: 0,
+            free_at_change: 0.0,
+            lively: 0.0,
+            difference_variance: 0.0,
+            suspect: None,
+            failed: None,
+        };
+        Self {
+            channels: [channel; FINGERS],
+            tare: None,
+            statistics_gain: lag_gain(STATISTICS_MS),
+            stale_ticks: 0,
+        }
+    }
+
+    /// Turns one frame into readings. `free_strain` is what a free finger shows at this moment.
+    pub fn step(
+        &mut self,
+        frame: &RawFrame,
+        front_end: &FrontEnd,
+        free_strain: Microstrain,
+    ) -> Reading {
+        if frame.scans == 0 || frame.overrun {
+            self.stale_ticks = self.stale_ticks.saturating_add(1);
+            return Reading {
+                gauges: core::array::from_fn(|i| match self.channels[i].failed {
+                    Some(fault) => Gauge::Failed(fault),
+                    None => Gauge::Missing,
+                }),
+                monitor: Monitor::Missing,
+                supply: None,
+                stale_ticks: self.stale_ticks,
+            };
+        }
+        self.stale_ticks = 0;
+        let gain = self.statistics_gain;
+        let mut gauges = [Gauge::Missing; FINGERS];
+        for ((gauge, channel), &code) in
+            gauges.iter_mut().zip(&mut self.channels).zip(&frame.gauges)
+        {
+            *gauge = channel.step(code, front_end, free_strain, gain);
+        }
+        Reading {
+            gauges,
+            monitor: if frame.monitor > front_end.monitor_high_above {
+                Monitor::TooHigh
+            } else {
+                Monitor::Valid(front_end.pressure(frame.monitor))
+            },
+            supply: Some(front_end.supply(frame.supply)),
+            stale_ticks: 0,
+        }
+    }
+
+    /// Starts averaging for new offsets.
+    pub fn start_tare(&mut self) {
+        self.tare = Some(Tare {
+            sum: [0.0; FINGERS],
+            ticks: 0,
+        });
+    }
+
+    /// Abandons a running tare; offsets stay.
+    pub fn cancel_tare(&mut self) {
+        self.tare = None;
+    }
+
+    /// Feeds a running tare; says once how it went.
+    pub fn tare_step(&mut self, reading: &Reading) -> Option<TareResult> {
+        let tare = self.tare.as_mut()?;
+        for (sum, gauge) in tare.sum.iter_mut().zip(reading.gauges) {
+            match gauge.strain() {
+                Some(strain) => *sum += strain.0,
+                None => {
+                    self.tare = None;
+                    return Some(TareResult::Rejected);
+                }
+            }
+        }
+        tare.ticks += 1;
+        if tare.ticks < TARE_TICKS {
+            return None;
+        }
+        let offsets: [f32; FINGERS] =
+            core::array::from_fn(|i| self.channels[i].offset + tare.sum[i] / TARE_TICKS as f32);
+        self.tare = None;
+        if offsets.iter().any(|offset| offset.abs() > TARE_LIMIT_UE) {
+            return Some(TareResult::Rejected);
+        }
+        for (channel, offset) in self.channels.iter_mut().zip(offsets) {
+            channel.offset = offset;
+            channel.last_valid = None;
+        }
+        Some(TareResult::Done)
+    }
+
+    /// Forgets latched gauge faults; one that persists is found again.
+    pub fn clear_faults(&mut self) {
+        for channel in &mut self.channels {
+            channel.failed = None;
+            channel.suspect = None;
+            channel.last_valid = None;
+            channel.unchanged = 0;
+        }
+    }
+
+    /// Variance of each gauge's noise, µε², from the differences of successive readings.
+    pub fn noise_variance(&self) -> [f32; FINGERS] {
+        core::array::from_fn(|i| 0.5 * self.channels[i].difference_variance)
+    }
+}
+
+impl Default for Conditioner {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Channel {
+    fn step(
+        &mut self,
+        code: AdcCode,
+        front_end: &FrontEnd,
+        free_strain: Microstrain,
+        statistics_gain: f32,
+    ) -> Gauge {
+        if let Some(fault) = self.failed {
+            return Gauge::Failed(fault);
+        }
+        self.watch_for_change(code, free_strain, statistics_gain);
+        let raw = front_end.strain(code).0;
+        let strain = raw - self.offset;
+        let jumped = self
+            .last_valid
+            .is_some_and(|last| (strain - last).abs() > JUMP_UE);
+        let suspicion = if code < front_end.gauge_short_below {
+            Some(GaugeFault::Short)
+        } else if code > front_end.gauge_open_above {
+            Some(GaugeFault::Open)
+        } else if raw.abs() > front_end.gauge_full_scale.0 {
+            Some(GaugeFault::Saturated)
+        } else if self.is_stuck(free_strain) {
+            self.failed = Some(GaugeFault::Stuck);
+            return Gauge::Failed(GaugeFault::Stuck);
+        } else if jumped {
+            Some(GaugeFault::Jump)
+        } else {
+            None
+        };
+        let Some(fault) = suspicion else {
+            self.suspect = None;
+            if let Some(last) = self.last_valid {
+                let difference = strain - last;
+                self.difference_variance +=
+                    statistics_gain * (difference * difference - self.difference_variance);
+            }
+            self.last_valid = Some(strain);
+            return Gauge::Valid(Microstrain(strain));
+        };
+        let ticks = match self.suspect {
+            Some((_, ticks)) => ticks + 1,
+            None => 1,
+        };
+        self.suspect = Some((fault, ticks));
+        if ticks < PERSIST_TICKS {
+            return Gauge::Missing;
+        }
+        self.failed = Some(fault);
+        Gauge::Failed(fault)
+    }
+
+    fn watch_for_change(&mut self, code: AdcCode, free_strain: Microstrain, gain: f32) {
+        if code == self.last_code {
+            self.unchanged = self.unchanged.saturating_add(1);
+            // Liveliness is judged on what went before, so a freeze does not wash it out.
+            if self.unchanged < 2 {
+                self.lively -= gain * self.lively;
+            }
+        } else {
+            self.last_code = code;
+            self.unchanged = 0;
+            self.free_at_change = free_strain.0;
+            self.lively += gain * (1.0 - self.lively);
+        }
+    }
+
+    fn is_stuck(&self, free_strain: Microstrain) -> bool {
+        let froze = self.lively > LIVELY && self.unchanged >= STUCK_TICKS;
+        let ignored_pressure =
+            self.unchanged > 0 && (free_strain.0 - self.free_at_change).abs() > STUCK_FREE_UE;
+        froze || ignored_pressure
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FE: FrontEnd = FrontEnd::REFERENCE;
+
+    fn frame(gauges_ue: [f32; 3]) -> RawFrame {
+        RawFrame {
+            gauges: gauges_ue.map(|ue| AdcCode(FE.gauge_code(Microstrain(ue)) as u16)),
+            monitor: AdcCode(FE.monitor_code(Kilopascals(100.0)) as u16),
+            supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
+            scans: 10,
+            overrun: false,
+        }
+    }
+
+    /// Steps until finger 0 fails, at most `ticks`; says after how many and how.
+    fn fails(
+        conditioner: &mut Conditioner,
+        ticks: u32,
+        free: impl Fn(u32) -> f32,
+        make: impl Fn(u32) -> RawFrame,
+    ) -> Option<(u32, GaugeFault)> {
+        (0..ticks).find_map(|tick| {
+            let reading = conditioner.step(&make(tick), &FE, Microstrain(free(tick)));
+            match reading.gauges[0] {
+                Gauge::Failed(fault) => Some((tick + 1, fault)),
+                Gauge::Valid(_) | Gauge::Missing => None,
+            }
+        })
+    }
+
+    fn flicker(tick: u32) -> f32 {
+        if tick % 2 == 0 { 15.0 } else { -15.0 }
+    }
+
+    #[test]
+    fn codes_become_strain_pressure_and_supply() {
+        let mut conditioner = Conditioner::new();
+        let reading = conditioner.step(&frame([1_000.0, -500.0, 0.0]), &FE, Microstrain(0.0));
+        for (gauge, expected) in reading.gauges.iter().zip([1_000.0, -500.0, 0.0]) {
+            let strain = gauge.strain().expect("a good gauge");
+            assert!((strain.0 - expected).abs() < 1.0);
+        }
+        assert!(matches!(reading.monitor, Monitor::Valid(p) if (p.0 - 100.0).abs() < 0.01));
+        assert!(reading.supply.is_some_and(|v| (v.0 - 24.0).abs() < 0.01));
+    }
+
+    #[test]
+    fn open_short_and_saturated_gauges_fail_in_three_ticks() {
+        for (code, expected) in [
+            (AdcCode(65_520), GaugeFault::Open),
+            (AdcCode(0), GaugeFault::Short),
+            (
+                AdcCode(FE.gauge_code(Microstrain(20_500.0)) as u16),
+                GaugeFault::Saturated,
+            ),
+        ] {
+            let mut bad = frame([0.0; 3]);
+            bad.gauges[0] = code;
+            let found = fails(&mut Conditioner::new(), 20, |_| 0.0, |_| bad);
+            assert_eq!(found, Some((3, expected)));
+        }
+    }
+
+    #[test]
+    fn a_single_spike_is_missing_and_not_a_fault() {
+        let mut conditioner = Conditioner::new();
+        for tick in 0..50 {
+            let spike = if tick == 20 { 9_000.0 } else { 0.0 };
+            let reading = conditioner.step(
+                &frame([spike + flicker(tick), 0.0, 0.0]),
+                &FE,
+                Microstrain(0.0),
+            );
+            match reading.gauges[0] {
+                Gauge::Missing => assert_eq!(tick, 20),
+                Gauge::Valid(_) => assert_ne!(tick, 20),
+                Gauge::Failed(fault) => panic!("{fault:?} at {tick}"),
+            }
+        }
+        let found = fails(
+            &mut conditioner,
+            20,
+            |_| 0.0,
+            |_| frame([9_000.0, 0.0, 0.0]),
+        );
+        assert_eq!(found, Some((3, GaugeFault::Jump)));
+    }
+
+    #[test]
+    fn a_flickering_gauge_that_freezes_is_stuck_within_20_ms() {
+        let mut conditioner = Conditioner::new();
+        let found = fails(
+            &mut conditioner,
+            2_000,
+            |_| 0.0,
+            |tick| frame([flicker(tick), 0.0, 0.0]),
+        );
+        assert_eq!(found, None);
+        let found = fails(
+            &mut conditioner,
+            2_000,
+            |_| 0.0,
+            |_| frame([15.0, 0.0, 0.0]),
+        );
+        assert!(matches!(found, Some((ticks, GaugeFault::Stuck)) if ticks <= 20));
+    }
+
+    #[test]
+    fn a_quiet_gauge_is_stuck_only_when_it_ignores_the_pressure() {
+        let mut conditioner = Conditioner::new();
+        let quiet = |_| frame([0.0; 3]);
+        assert_eq!(fails(&mut conditioner, 10_000, |_| 0.0, quiet), None);
+        let found = fails(&mut conditioner, 1_000, |tick| tick as f32 * 10.0, quiet);
+        assert!(matches!(found, Some((_, GaugeFault::Stuck))));
+    }
+
+    #[test]
+    fn a_stale_or_overrun_frame_gives_nothing() {
+        let mut conditioner = Conditioner::new();
+        for bad in [
+            RawFrame {
+                scans: 0,
+                ..frame([0.0; 3])
+            },
+            RawFrame {
+                overrun: true,
+                ..frame([0.0; 3])
+            },
+        ] {
+            let reading = conditioner.step(&bad, &FE, Microstrain(0.0));
+            assert_eq!(reading.gauges, [Gauge::Missing; 3]);
+            assert_eq!(reading.monitor, Monitor::Missing);
+        }
+        let reading = conditioner.step(&frame([0.0; 3]), &FE, Microstrain(0.0));
+        assert_eq!(reading.stale_ticks, 0);
+    }
+
+    #[test]
+    fn a_tare_takes_the_mean_away_and_refuses_a_strained_gauge() {
+        let mut conditioner = Conditioner::new();
+        let tare = |conditioner: &mut Conditioner, ue: f32| {
+            conditioner.start_tare();
+            (0..1_000).find_map(|tick| {
+                let frame = frame([ue + flicker(tick), -200.0, 0.0]);
+                let reading = conditioner.step(&frame, &FE, Microstrain(0.0));
+                conditioner.tare_step(&reading)
+            })
+        };
+        assert_eq!(tare(&mut conditioner, 300.0), Some(TareResult::Done));
+        let reading = conditioner.step(&frame([300.0, -200.0, 0.0]), &FE, Microstrain(0.0));
+        for gauge in reading.gauges {
+            assert!(gauge.strain().is_some_and(|strain| strain.0.abs() < 1.0));
+        }
+        assert_eq!(tare(&mut conditioner, 3_000.0), Some(TareResult::Rejected));
+    }
+}

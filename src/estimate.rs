@@ -1,0 +1,217 @@
+//! Readings → contact: what the fingers feel beyond their free bending.
+//!
+//! The contact residual is `r = ε_free(p) − ε`: zero on approach, a ramp while closing, a plateau
+//! while holding, near zero after a loss or a release. The raw strain is no use for that: when an
+//! object falls at held pressure it dips and then rises, because the finger is free to bend further.
+
+use crate::FINGERS;
+use crate::condition::{Monitor, Reading};
+use crate::settings::{Active, GaugeSense};
+use crate::table::{FingerTable, Range};
+use crate::units::{Degrees, Kilopascals, Microstrain};
+
+/// What the fingers feel in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Contact residual of each finger whose gauge was usable.
+    pub residual: [Option<Microstrain>; FINGERS],
+    /// Fingers that touch something.
+    pub touching: [bool; FINGERS],
+    /// Bend: angle of a free finger's last link at the mean measured strain.
+    pub bend: Degrees,
+    /// Whether the pressure was inside the table.
+    pub range: Range,
+}
+
+impl Contact {
+    /// Fingers that touch something.
+    pub fn touching_count(&self) -> usize {
+        self.touching.iter().filter(|&&touching| touching).count()
+    }
+
+    /// Fingers whose gauge was usable.
+    pub fn usable_count(&self) -> usize {
+        self.residual.iter().flatten().count()
+    }
+}
+
+/// Contact, once made, is kept down to this share of its threshold.
+const RELEASE_SHARE: f32 = 0.6;
+/// Contact must come or go for this long: longer than a spike, shorter than anything that matters.
+const DEBOUNCE_TICKS: u8 = 5;
+
+/// The finger's lag behind the pressure, and the touch of each finger.
+#[derive(Debug, Clone, Copy)]
+pub struct Estimator {
+    inflated_kpa: f32,
+    bending_kpa: f32,
+    touching: [bool; FINGERS],
+    against: [u8; FINGERS],
+    bend: Degrees,
+}
+
+impl Estimator {
+    /// Fingers at rest without pressure.
+    pub fn new() -> Self {
+        Self {
+            inflated_kpa: 0.0,
+            bending_kpa: 0.0,
+            touching: [false; FINGERS],
+            against: [0; FINGERS],
+            bend: Degrees(0.0),
+        }
+    }
+
+    /// The pressure that the finger's shape has followed so far.
+    pub fn lagged_pressure(&self) -> Kilopascals {
+        Kilopascals(self.bending_kpa)
+    }
+
+    /// Estimates contact from one tick's readings.
+    pub fn step(&mut self, reading: &Reading, table: &FingerTable, active: &Active) -> Contact {
+        if let Monitor::Valid(pressure) = reading.monitor {
+            self.inflated_kpa += active.inflation_gain * (pressure.0 - self.inflated_kpa);
+        }
+        self.bending_kpa += active.bending_gain * (self.inflated_kpa - self.bending_kpa);
+        let (free, range) = table.free_strain(Kilopascals(self.bending_kpa));
+        let threshold = active.contact_ue + active.contact_fraction * free.0;
+
+        let mut residual = [None; FINGERS];
+        let (mut strain_sum, mut strains) = (0.0, 0.0);
+        for (i, slot) in residual.iter_mut().enumerate() {
+            let Some(strain) = reading.gauges[i].strain() else {
+                continue;
+            };
+            let value = match active.gauge_sense {
+                GaugeSense::Bend => active.free_bend_gain[i] * free.0 - strain.0,
+                GaugeSense::Contact => strain.0,
+            };
+            *slot = Some(Microstrain(value));
+            self.touch(i, value, threshold);
+            strain_sum += strain.0 / active.free_bend_gain[i];
+            strains += 1.0;
+        }
+        if strains > 0.0 && active.gauge_sense == GaugeSense::Bend {
+            let (pressure, _) = table.pressure_for_strain(Microstrain(strain_sum / strains));
+            self.bend = table.bend(pressure).0;
+        } else if active.gauge_sense == GaugeSense::Contact {
+            // Such a gauge cannot see bending; the free bend is the best that is known.
+            self.bend = table.bend(Kilopascals(self.bending_kpa)).0;
+        }
+        Contact {
+            residual,
+            touching: self.touching,
+            bend: self.bend,
+            range,
+        }
+    }
+
+    fn touch(&mut self, finger: usize, residual: f32, threshold: f32) {
+        let level = if self.touching[finger] {
+            RELEASE_SHARE * threshold
+        } else {
+            threshold
+        };
+        if (residual > level) == self.touching[finger] {
+            self.against[finger] = 0;
+            return;
+        }
+        self.against[finger] += 1;
+        if self.against[finger] >= DEBOUNCE_TICKS {
+            self.touching[finger] = !self.touching[finger];
+            self.against[finger] = 0;
+        }
+    }
+}
+
+impl Default for Estimator {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::condition::Gauge;
+    use crate::frontend::FrontEnd;
+    use crate::settings::Settings;
+    use crate::table::FINGER;
+    use crate::units::Volts;
+
+    fn reading(pressure: f32, strain: [f32; 3]) -> Reading {
+        Reading {
+            gauges: strain.map(|ue| Gauge::Valid(Microstrain(ue))),
+            monitor: Monitor::Valid(Kilopascals(pressure)),
+            supply: Some(Volts(24.0)),
+            stale_ticks: 0,
+        }
+    }
+
+    fn active(settings: Settings) -> Active {
+        settings
+            .validate(&FrontEnd::REFERENCE, &FINGER)
+            .expect("good settings")
+    }
+
+    fn settle(estimator: &mut Estimator, active: &Active, reading: &Reading) -> Contact {
+        let mut contact = estimator.step(reading, &FINGER, active);
+        for _ in 0..2_000 {
+            contact = estimator.step(reading, &FINGER, active);
+        }
+        contact
+    }
+
+    #[test]
+    fn a_free_finger_has_no_residual_and_a_blocked_one_has() {
+        let active = active(Settings::default());
+        let mut estimator = Estimator::new();
+        let free = FINGER.free_strain(Kilopascals(140.0)).0.0;
+        let contact = settle(
+            &mut estimator,
+            &active,
+            &reading(140.0, [free, free - 4_000.0, free - 4_000.0]),
+        );
+        assert_eq!(contact.touching, [false, true, true]);
+        assert!(contact.residual[0].is_some_and(|r| r.0.abs() < 1.0));
+        assert!(contact.residual[1].is_some_and(|r| (r.0 - 4_000.0).abs() < 1.0));
+        assert_eq!(contact.range, Range::Inside);
+    }
+
+    #[test]
+    fn the_bend_of_a_free_finger_is_the_tables() {
+        let active = active(Settings::default());
+        let mut estimator = Estimator::new();
+        let free = FINGER.free_strain(Kilopascals(100.0)).0.0;
+        let contact = settle(&mut estimator, &active, &reading(100.0, [free; 3]));
+        let (bend, _) = FINGER.bend(Kilopascals(100.0));
+        assert!((contact.bend.0 - bend.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_failed_gauge_leaves_a_gap_and_not_a_number() {
+        let active = active(Settings::default());
+        let mut estimator = Estimator::new();
+        let mut reading = reading(0.0, [0.0; 3]);
+        reading.gauges[1] = Gauge::Missing;
+        let contact = estimator.step(&reading, &FINGER, &active);
+        assert_eq!(contact.residual[1], None);
+        assert_eq!(contact.usable_count(), 2);
+    }
+
+    #[test]
+    fn a_gauge_that_feels_contact_alone_is_its_own_residual() {
+        let active = active(Settings {
+            gauge_sense: GaugeSense::Contact,
+            ..Settings::default()
+        });
+        let mut estimator = Estimator::new();
+        let contact = settle(
+            &mut estimator,
+            &active,
+            &reading(140.0, [3_000.0, 0.0, 0.0]),
+        );
+        assert_eq!(contact.touching, [true, false, false]);
+        assert_eq!(contact.residual[0], Some(Microstrain(3_000.0)));
+    }
+}

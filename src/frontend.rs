@@ -1,0 +1,130 @@
+//! The analogue front end: what a converter code means.
+//!
+//! Both directions stand here, so that the simulated gripper and the firmware cannot disagree.
+
+use crate::units::{AdcCode, DacCode, Kilopascals, Microstrain, Volts};
+
+/// Scale of every analogue channel. `boards/README.md` shows the circuit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrontEnd {
+    /// Code of an unstrained gauge.
+    pub gauge_zero: f32,
+    /// Strain of one code, µε.
+    pub gauge_ue_per_code: f32,
+    /// The amplifier is linear up to here, µε, either way.
+    pub gauge_full_scale: Microstrain,
+    /// Below this the gauge is shorted.
+    pub gauge_short_below: AdcCode,
+    /// Above this the gauge is open.
+    pub gauge_open_above: AdcCode,
+    /// Pressure of one code of the regulator's monitor, kPa.
+    pub monitor_kpa_per_code: f32,
+    /// Above this the monitor's wire carries something else than its signal.
+    pub monitor_high_above: AdcCode,
+    /// Supply voltage of one code, V.
+    pub supply_v_per_code: f32,
+    /// Converter codes per kilopascal of command.
+    pub command_codes_per_kpa: f32,
+    /// Command at the regulator's 10 V.
+    pub regulator_full_scale: Kilopascals,
+}
+
+/// Reference voltage of both converters, V (NUCLEO boards tie VREF+ to the 3.3 V rail).
+const VREF: f32 = 3.3;
+/// Volts of one left-aligned ADC code: 4096 steps of 12 bits, times 16.
+const V_PER_ADC_CODE: f32 = VREF / 65_536.0;
+
+impl FrontEnd {
+    /// The front end of `boards/README.md`, which every supported board carries.
+    pub const REFERENCE: Self = Self {
+        // 1.65 V is no strain, ±1.5 V is ±20 000 µε.
+        gauge_zero: 1.65 / V_PER_ADC_CODE,
+        gauge_ue_per_code: V_PER_ADC_CODE * 20_000.0 / 1.5,
+        gauge_full_scale: Microstrain(20_000.0),
+        // The amplifier's swing ends at 0.15 and 3.15 V; a shorted input pulls it to ground, a
+        // pull-up takes an open one to the rail.
+        gauge_short_below: AdcCode((0.05 / V_PER_ADC_CODE) as u16),
+        gauge_open_above: AdcCode((3.25 / V_PER_ADC_CODE) as u16),
+        // 10 V is 200 kPa and arrives as 3 V.
+        monitor_kpa_per_code: V_PER_ADC_CODE * 200.0 / 3.0,
+        monitor_high_above: AdcCode((3.2 / V_PER_ADC_CODE) as u16),
+        // Divider 100 kΩ : 10 kΩ.
+        supply_v_per_code: V_PER_ADC_CODE * 11.0,
+        // 3 V makes 10 V, which is 200 kPa.
+        command_codes_per_kpa: 4096.0 / VREF * 3.0 / 200.0,
+        regulator_full_scale: Kilopascals(200.0),
+    };
+
+    /// Strain of a gauge code, before tare.
+    pub fn strain(&self, code: AdcCode) -> Microstrain {
+        Microstrain((f32::from(code.0) - self.gauge_zero) * self.gauge_ue_per_code)
+    }
+
+    /// Pressure of a monitor code.
+    pub fn pressure(&self, code: AdcCode) -> Kilopascals {
+        Kilopascals(f32::from(code.0) * self.monitor_kpa_per_code)
+    }
+
+    /// Voltage of a supply code.
+    pub fn supply(&self, code: AdcCode) -> Volts {
+        Volts(f32::from(code.0) * self.supply_v_per_code)
+    }
+
+    /// The DAC code nearest to a commanded pressure. Negative and NaN give the safe code, zero.
+    pub fn command(&self, pressure: Kilopascals) -> DacCode {
+        let full_scale = self.regulator_full_scale.0;
+        // `max` returns the number where the other is a NaN; the cast saturates.
+        let pressure = pressure.0.max(0.0).min(full_scale);
+        DacCode((pressure * self.command_codes_per_kpa + 0.5) as u16)
+    }
+
+    /// The gauge code of a strain, not yet quantised: what the amplifier puts out.
+    pub fn gauge_code(&self, strain: Microstrain) -> f32 {
+        strain.0 / self.gauge_ue_per_code + self.gauge_zero
+    }
+
+    /// The monitor code of a pressure, not yet quantised.
+    pub fn monitor_code(&self, pressure: Kilopascals) -> f32 {
+        pressure.0 / self.monitor_kpa_per_code
+    }
+
+    /// The supply code of a voltage, not yet quantised.
+    pub fn supply_code(&self, supply: Volts) -> f32 {
+        supply.0 / self.supply_v_per_code
+    }
+
+    /// The pressure that a DAC code asks for.
+    pub fn commanded(&self, code: DacCode) -> Kilopascals {
+        Kilopascals(f32::from(code.0) / self.command_codes_per_kpa)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FE: FrontEnd = FrontEnd::REFERENCE;
+
+    #[test]
+    fn codes_and_quantities_are_inverse() {
+        for ue in [-20_000.0, -1.0, 0.0, 4_000.0, 20_000.0] {
+            let code = AdcCode(FE.gauge_code(Microstrain(ue)) as u16);
+            // One count of truncation.
+            assert!((FE.strain(code).0 - ue).abs() <= FE.gauge_ue_per_code);
+        }
+        for kpa in [0.0, 0.1, 60.0, 140.0, 160.0, 200.0] {
+            let command = FE.commanded(FE.command(Kilopascals(kpa)));
+            assert!((command.0 - kpa).abs() <= 0.5 / FE.command_codes_per_kpa);
+            let code = AdcCode(FE.monitor_code(Kilopascals(kpa)) as u16);
+            assert!((FE.pressure(code).0 - kpa).abs() <= FE.monitor_kpa_per_code);
+        }
+    }
+
+    #[test]
+    fn no_command_leaves_the_regulators_range() {
+        assert_eq!(FE.command(Kilopascals(f32::NAN)), DacCode(0));
+        assert_eq!(FE.command(Kilopascals(f32::NEG_INFINITY)), DacCode(0));
+        // 3.0 V of 3.3 V.
+        assert_eq!(FE.command(Kilopascals(f32::INFINITY)), DacCode(3724));
+    }
+}

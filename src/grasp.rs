@@ -1,0 +1,518 @@
+//! The supervisor: the only state machine. Commands and verdicts → what the gripper is to do.
+//!
+//! ```text
+//!          grip                 contact               release
+//! Idle ───────────► Closing ───────────► Holding ───────────────► Releasing ─► Idle
+//!                      │ nothing there      │ lost                    ▲
+//!                      └──────► Empty ◄─────┘                         │
+//!                                 └────────── release ────────────────┘
+//! any ── fault, stop ─► Fault ── acknowledge ─► Closing (pressure kept) or Releasing (vented)
+//! ```
+//!
+//! *Lost* is latched beside the state: it outlives a release and stands until it is acknowledged.
+
+use crate::FINGERS;
+use crate::condition::{Gauge, Monitor, Reading, TareResult};
+use crate::detect::Verdict;
+use crate::estimate::Contact;
+use crate::fault::Fault;
+use crate::settings::{Active, OnFault};
+use crate::table::{FingerTable, Range};
+use crate::telemetry::{Event, Events};
+use crate::units::{Degrees, Instant, Kilopascals};
+
+/// How hard to grip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Grip {
+    /// At the pressure of the settings.
+    Default,
+    /// At this pressure.
+    Pressure(Kilopascals),
+    /// At the pressure that bends a free finger this far.
+    Bend(Degrees),
+}
+
+/// What the robot wants. The latest command wins; a tick without a new one gets `Continue`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Command {
+    /// Nothing new.
+    Continue,
+    /// Close the fingers.
+    Grip(Grip),
+    /// Let go.
+    Release,
+    /// Go to the safe state at once.
+    Stop,
+    /// The operator has seen what is latched.
+    Acknowledge,
+    /// Take the present strain as zero.
+    Tare,
+}
+
+/// Why a command was not carried out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refusal {
+    /// The pressure is not a number between zero and the limit.
+    PressureOutOfRange,
+    /// No pressure within the limit bends the finger that far.
+    BendOutOfRange,
+    /// A fault is latched.
+    FaultLatched,
+    /// A loss is latched.
+    LostLatched,
+    /// A tare needs open fingers without pressure.
+    NotIdle,
+    /// A gauge was unusable or too far from zero during the tare.
+    TareRejected,
+}
+
+/// Where the gripper is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum State {
+    /// Open, without pressure.
+    Idle,
+    /// Pressure is rising, or changing.
+    Closing {
+        /// The set-point.
+        target: Kilopascals,
+        /// When the pressure got there.
+        reached: Option<Instant>,
+        /// Something was held when the set-point changed.
+        held_before: bool,
+    },
+    /// Something is held.
+    Holding {
+        /// The set-point.
+        target: Kilopascals,
+        /// When the hold was recognised.
+        since: Instant,
+    },
+    /// Closed around nothing.
+    Empty {
+        /// The set-point.
+        target: Kilopascals,
+    },
+    /// Letting the air out on command.
+    Releasing {
+        /// When the command came.
+        since: Instant,
+        /// Something was held, and its contact is not gone yet.
+        holding: bool,
+    },
+    /// In the safe state.
+    Fault {
+        /// What went wrong first.
+        fault: Fault,
+        /// The pressure that is kept; zero if vented.
+        target: Kilopascals,
+    },
+}
+
+impl State {
+    /// The pressure that this state asks for.
+    pub fn target(&self) -> Kilopascals {
+        match *self {
+            Self::Closing { target, .. }
+            | Self::Holding { target, .. }
+            | Self::Empty { target }
+            | Self::Fault { target, .. } => target,
+            Self::Idle | Self::Releasing { .. } => Kilopascals(0.0),
+        }
+    }
+
+    /// Whether the detector is to watch.
+    pub fn is_holding(&self) -> bool {
+        matches!(self, Self::Holding { .. })
+    }
+}
+
+/// A latched loss.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Loss {
+    /// When the collapse began.
+    pub onset: Instant,
+    /// When it was reported.
+    pub flagged: Instant,
+}
+
+/// What the conditioner is to do about the tare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Request {
+    /// Nothing.
+    None,
+    /// Start one.
+    StartTare,
+    /// Abandon a running one: the fingers are about to move.
+    CancelTare,
+    /// Forget latched gauge and regulator faults.
+    ClearFaults,
+}
+
+/// What the supervisor sees in one tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a> {
+    /// The readings.
+    pub reading: &'a Reading,
+    /// What the fingers feel.
+    pub contact: &'a Contact,
+    /// The detector's verdict.
+    pub verdict: Verdict,
+    /// A tare that ended in this tick.
+    pub tare: Option<TareResult>,
+    /// The pressure has deviated from the command for this long, µs.
+    pub deviating_us: u64,
+}
+
+/// A grip needs this many fingers.
+const FINGERS_OF_A_GRIP: usize = 2;
+/// The pressure has reached its set-point within this: the regulator is good for ±1 % of 200 kPa.
+const REACHED_KPA: f32 = 3.0;
+/// Below this the fingers are open: the monitor's own error is ±2 kPa and the finger moves by less
+/// than half a degree.
+const OPEN_KPA: f32 = 6.0;
+/// A release has ended its hold after this at the latest, even if contact never clears.
+const RELEASE_LIMIT_US: u64 = 1_000_000;
+/// Measured pressure may exceed the limit by this before it is a fault: 2.5 % of full scale.
+const OVER_PRESSURE_KPA: f32 = 5.0;
+/// Ticks without usable data: two are a hiccup.
+const STALE_TICKS: u32 = 5;
+/// Supply must be low this long: a valve switching is shorter.
+const SUPPLY_TICKS: u16 = 10;
+
+/// The supervisor.
+#[derive(Debug, Clone, Copy)]
+pub struct Supervisor {
+    state: State,
+    lost: Option<Loss>,
+    slipping: bool,
+    touched: [bool; FINGERS],
+    failed: [bool; FINGERS],
+    supply_ticks: u16,
+}
+
+impl Supervisor {
+    /// Idle, nothing latched.
+    pub fn new() -> Self {
+        Self {
+            state: State::Idle,
+            lost: None,
+            slipping: false,
+            touched: [false; FINGERS],
+            failed: [false; FINGERS],
+            supply_ticks: 0,
+        }
+    }
+
+    /// Where the gripper is.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// The loss that is latched.
+    pub fn lost(&self) -> Option<Loss> {
+        self.lost
+    }
+
+    /// Decides what to do in this tick; the new state's target is the pressure to go to.
+    pub fn step(
+        &mut self,
+        now: Instant,
+        command: Command,
+        situation: &Situation,
+        table: &FingerTable,
+        active: &Active,
+        events: &mut Events,
+    ) -> Request {
+        self.report_gauges(situation.reading, events);
+        match situation.tare {
+            Some(TareResult::Done) => events.add(Event::Tared),
+            Some(TareResult::Rejected) => events.add(Event::Refused(Refusal::TareRejected)),
+            None => {}
+        }
+        if let Some(fault) = self.find_fault(situation, active) {
+            self.enter_fault(fault, active, events);
+        }
+        // A command comes before the verdict: what the robot lets go in this tick is not lost.
+        let request = self.obey(now, command, table, active, events);
+        self.advance(now, situation, active, events);
+        request
+    }
+
+    fn obey(
+        &mut self,
+        now: Instant,
+        command: Command,
+        table: &FingerTable,
+        active: &Active,
+        events: &mut Events,
+    ) -> Request {
+        match command {
+            Command::Continue => Request::None,
+            Command::Stop => {
+                self.enter_fault(Fault::Stopped, active, events);
+                Request::CancelTare
+            }
+            Command::Grip(grip) => match self.accept_grip(grip, table, active) {
+                Ok(target) => {
+                    let held_before = self.state.is_holding();
+                    self.touched = [false; FINGERS];
+                    self.state = State::Closing {
+                        target,
+                        reached: None,
+                        held_before,
+                    };
+                    Request::CancelTare
+                }
+                Err(refusal) => {
+                    events.add(Event::Refused(refusal));
+                    Request::None
+                }
+            },
+            Command::Release => {
+                match self.state {
+                    State::Fault { .. } => {
+                        events.add(Event::Refused(Refusal::FaultLatched));
+                    }
+                    State::Idle | State::Releasing { .. } => {}
+                    State::Closing { .. } | State::Holding { .. } | State::Empty { .. } => {
+                        self.state = State::Releasing {
+                            since: now,
+                            holding: !matches!(self.state, State::Empty { .. }),
+                        };
+                    }
+                }
+                Request::None
+            }
+            Command::Acknowledge => {
+                self.lost = None;
+                self.failed = [false; FINGERS];
+                if let State::Fault { target, .. } = self.state {
+                    // What is held stays held: acknowledging must not drop it.
+                    self.state = if target.0 > 0.0 {
+                        State::Closing {
+                            target,
+                            reached: None,
+                            held_before: false,
+                        }
+                    } else {
+                        State::Releasing {
+                            since: now,
+                            holding: false,
+                        }
+                    };
+                }
+                events.add(Event::Acknowledged);
+                Request::ClearFaults
+            }
+            Command::Tare => match self.state {
+                State::Idle => Request::StartTare,
+                _ => {
+                    events.add(Event::Refused(Refusal::NotIdle));
+                    Request::None
+                }
+            },
+        }
+    }
+
+    fn accept_grip(
+        &self,
+        grip: Grip,
+        table: &FingerTable,
+        active: &Active,
+    ) -> Result<Kilopascals, Refusal> {
+        if matches!(self.state, State::Fault { .. }) {
+            return Err(Refusal::FaultLatched);
+        }
+        if self.lost.is_some() {
+            return Err(Refusal::LostLatched);
+        }
+        let limit = active.max_pressure.0;
+        match grip {
+            Grip::Default => Ok(active.grip_pressure),
+            // A NaN is in no range.
+            Grip::Pressure(pressure) if pressure.0 > 0.0 && pressure.0 <= limit => Ok(pressure),
+            Grip::Pressure(_) => Err(Refusal::PressureOutOfRange),
+            Grip::Bend(bend) => match table.pressure_for_bend(bend) {
+                (pressure, Range::Inside) if pressure.0 > 0.0 && pressure.0 <= limit => {
+                    Ok(pressure)
+                }
+                _ => Err(Refusal::BendOutOfRange),
+            },
+        }
+    }
+
+    fn advance(
+        &mut self,
+        now: Instant,
+        situation: &Situation,
+        active: &Active,
+        events: &mut Events,
+    ) {
+        let contact = situation.contact;
+        let pressure = match situation.reading.monitor {
+            Monitor::Valid(pressure) => Some(pressure.0),
+            Monitor::Missing | Monitor::TooHigh => None,
+        };
+        match self.state {
+            State::Idle | State::Empty { .. } | State::Fault { .. } => {}
+            State::Closing {
+                target,
+                reached,
+                held_before,
+            } => {
+                self.report_touch(contact, events);
+                let Some(since) = reached else {
+                    if pressure.is_some_and(|p| (p - target.0).abs() <= REACHED_KPA) {
+                        self.state = State::Closing {
+                            target,
+                            reached: Some(now),
+                            held_before,
+                        };
+                    }
+                    return;
+                };
+                if now.micros_since(since) < active.settle_us {
+                    return;
+                }
+                if contact.touching_count() >= FINGERS_OF_A_GRIP {
+                    self.slipping = false;
+                    self.state = State::Holding { target, since: now };
+                    events.add(Event::Holding);
+                } else if held_before {
+                    self.lose(now, now, target, events);
+                } else {
+                    self.state = State::Empty { target };
+                    events.add(Event::Empty);
+                }
+            }
+            State::Holding { target, .. } => match situation.verdict {
+                Verdict::Unarmed | Verdict::Holding => self.slipping = false,
+                Verdict::Slipping { rate } => {
+                    if !self.slipping {
+                        self.slipping = true;
+                        events.add(Event::Slip { rate });
+                    }
+                }
+                Verdict::Lost { onset } => self.lose(now, onset, target, events),
+                Verdict::AirLoss => {
+                    events.add(Event::AirLoss);
+                    self.enter_fault(Fault::AirLoss, active, events);
+                }
+            },
+            State::Releasing { since, holding } => {
+                let open = pressure.is_some_and(|p| p < OPEN_KPA);
+                let gone = contact.touching_count() == 0
+                    || open
+                    || now.micros_since(since) > RELEASE_LIMIT_US;
+                if holding && gone {
+                    events.add(Event::Released);
+                    self.state = State::Releasing {
+                        since,
+                        holding: false,
+                    };
+                }
+                if open {
+                    self.state = State::Idle;
+                }
+            }
+        }
+    }
+
+    fn lose(&mut self, now: Instant, onset: Instant, target: Kilopascals, events: &mut Events) {
+        self.lost = Some(Loss {
+            onset,
+            flagged: now,
+        });
+        self.state = State::Empty { target };
+        events.add(Event::Lost { onset });
+    }
+
+    fn report_touch(&mut self, contact: &Contact, events: &mut Events) {
+        for (finger, touched) in self.touched.iter_mut().enumerate() {
+            if contact.touching[finger] && !*touched {
+                *touched = true;
+                events.add(Event::Contact {
+                    finger: finger as u8,
+                });
+            }
+        }
+    }
+
+    fn report_gauges(&mut self, reading: &Reading, events: &mut Events) {
+        for (finger, reported) in self.failed.iter_mut().enumerate() {
+            if let Gauge::Failed(fault) = reading.gauges[finger] {
+                if !*reported {
+                    *reported = true;
+                    events.add(Event::Fault {
+                        fault: fault.into(),
+                        finger: Some(finger as u8),
+                    });
+                }
+            }
+        }
+    }
+
+    /// The first thing that makes going on unsafe.
+    fn find_fault(&mut self, situation: &Situation, active: &Active) -> Option<Fault> {
+        let reading = situation.reading;
+        match reading.monitor {
+            Monitor::Valid(pressure) if pressure.0 > active.max_pressure.0 + OVER_PRESSURE_KPA => {
+                return Some(Fault::OverPressure);
+            }
+            Monitor::TooHigh => return Some(Fault::MonitorHigh),
+            Monitor::Valid(_) | Monitor::Missing => {}
+        }
+        if reading.stale_ticks >= STALE_TICKS {
+            return Some(Fault::AdcStale);
+        }
+        if let Some(supply) = reading.supply {
+            self.supply_ticks = if supply.0 < active.supply_min.0 {
+                self.supply_ticks.saturating_add(1)
+            } else {
+                0
+            };
+        }
+        if self.supply_ticks >= SUPPLY_TICKS {
+            return Some(Fault::SupplyLow);
+        }
+        if situation.deviating_us >= active.not_following_us {
+            return Some(Fault::NotFollowing);
+        }
+        // Two fingers still tell a loss; one cannot tell a loss from a shift of the load.
+        let mut failures = reading.gauges.iter().filter_map(|gauge| match gauge {
+            Gauge::Failed(fault) => Some(*fault),
+            Gauge::Valid(_) | Gauge::Missing => None,
+        });
+        failures.next()?;
+        failures.next().map(Fault::from)
+    }
+
+    fn enter_fault(&mut self, fault: Fault, active: &Active, events: &mut Events) {
+        if matches!(self.state, State::Fault { .. }) {
+            return;
+        }
+        let held = self.state.target();
+        // Above the limit, or with a monitor that cannot say so, there is nothing safe to hold.
+        let can_hold = !matches!(fault, Fault::OverPressure | Fault::MonitorHigh);
+        let target = match active.on_fault {
+            OnFault::Hold if can_hold => held,
+            OnFault::Hold | OnFault::Vent => Kilopascals(0.0),
+        };
+        self.state = State::Fault { fault, target };
+        events.add(Event::Fault {
+            fault,
+            finger: None,
+        });
+    }
+}
+
+impl Default for Supervisor {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,178 @@
+//! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
+
+use crate::condition::Monitor;
+use crate::detect::Air;
+use crate::settings::Active;
+use crate::units::Kilopascals;
+use crate::{TICK_US, units::Instant};
+
+/// Proportional gain on the deviation. The regulator has its own loop; this one only trims it.
+const PROPORTIONAL: f32 = 0.1;
+/// Integral gain, 1/s: well below the regulator's own bandwidth of about 1/(75 ms).
+const INTEGRAL_PER_S: f32 = 1.0;
+/// The trim never exceeds this: five times the regulator's stated error of ±1 % of 200 kPa.
+const TRIM_LIMIT_KPA: f32 = 10.0;
+/// The pressure follows while it is within this of what the command should give.
+const FOLLOWING_KPA: f32 = 8.0;
+
+/// The regulator's set-point, model and trim.
+#[derive(Debug, Clone, Copy)]
+pub struct Regulator {
+    setpoint: f32,
+    expected: f32,
+    trim: f32,
+    deviation: Option<f32>,
+    deviating_since: Option<Instant>,
+}
+
+impl Regulator {
+    /// At rest without pressure.
+    pub fn new() -> Self {
+        Self {
+            setpoint: 0.0,
+            expected: 0.0,
+            trim: 0.0,
+            deviation: None,
+            deviating_since: None,
+        }
+    }
+
+    /// The slew-limited set-point.
+    pub fn setpoint(&self) -> Kilopascals {
+        Kilopascals(self.setpoint)
+    }
+
+    /// Compares the pressure with what the commands so far should have given.
+    pub fn observe(&mut self, now: Instant, monitor: Monitor, lagged: Kilopascals) -> Air {
+        if let Monitor::Valid(pressure) = monitor {
+            let deviation = pressure.0 - self.expected;
+            self.deviation = Some(deviation);
+            if deviation.abs() > FOLLOWING_KPA {
+                self.deviating_since.get_or_insert(now);
+            } else {
+                self.deviating_since = None;
+            }
+        } else {
+            self.deviation = None;
+        }
+        Air {
+            deviation: self.deviation.map(Kilopascals),
+            lagged,
+        }
+    }
+
+    /// How long the pressure has not followed, µs.
+    pub fn deviating_us(&self, now: Instant) -> u64 {
+        self.deviating_since
+            .map_or(0, |since| now.micros_since(since))
+    }
+
+    /// Forgets a deviation that has been acknowledged and starts from the pressure that is there.
+    pub fn restart(&mut self, monitor: Monitor) {
+        if let Monitor::Valid(pressure) = monitor {
+            self.expected = pressure.0;
+        }
+        self.trim = 0.0;
+        self.deviating_since = None;
+    }
+
+    /// The command for this tick.
+    pub fn step(&mut self, target: Kilopascals, active: &Active) -> Kilopascals {
+        let slew = active.slew_kpa_per_tick;
+        let target = target.0.max(0.0).min(active.max_pressure.0);
+        self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+        self.expected += active.regulator_gain * (self.setpoint - self.expected);
+
+        // Deviations from the expected response, not from the set-point: the regulator's lag is not
+        // an error to integrate.
+        let error = -self.deviation.unwrap_or(0.0);
+        let command = self.setpoint + PROPORTIONAL * error + self.trim;
+        // Anti-windup: no trim for a command at its limit, none for a regulator that does not follow,
+        // and none without pressure, where the monitor's offset could never be reached.
+        let saturated = !(0.0..=active.max_pressure.0).contains(&command);
+        if !saturated && error.abs() < FOLLOWING_KPA && self.setpoint > 0.0 {
+            self.trim = (self.trim + INTEGRAL_PER_S * error * TICK_US as f32 * 1e-6)
+                .max(-TRIM_LIMIT_KPA)
+                .min(TRIM_LIMIT_KPA);
+        }
+        if self.setpoint <= 0.0 {
+            self.trim = 0.0;
+            return Kilopascals(0.0);
+        }
+        Kilopascals(command)
+    }
+}
+
+impl Default for Regulator {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frontend::FrontEnd;
+    use crate::settings::Settings;
+    use crate::table::FINGER;
+
+    fn active() -> Active {
+        Settings::default()
+            .validate(&FrontEnd::REFERENCE, &FINGER)
+            .expect("good settings")
+    }
+
+    /// Runs a regulator with gain and offset errors for a second and returns the pressure.
+    fn run(regulator: &mut Regulator, target: f32, gain: f32, offset: f32, ms: u64) -> f32 {
+        let active = active();
+        let mut pressure = 0.0;
+        for tick in 0..ms {
+            let now = Instant::from_micros(1_000 * tick);
+            regulator.observe(now, Monitor::Valid(Kilopascals(pressure)), Kilopascals(0.0));
+            let command = regulator.step(Kilopascals(target), &active);
+            pressure += (gain * command.0 + offset - pressure) / 60.0;
+        }
+        pressure
+    }
+
+    #[test]
+    fn the_trim_removes_the_regulators_error() {
+        let mut regulator = Regulator::new();
+        let pressure = run(&mut regulator, 140.0, 0.99, -1.0, 6_000);
+        assert!((pressure - 140.0).abs() < 0.1, "{pressure}");
+    }
+
+    #[test]
+    fn the_setpoint_never_rises_faster_than_its_slew() {
+        let active = active();
+        let mut regulator = Regulator::new();
+        let mut before = 0.0;
+        for _ in 0..1_000 {
+            regulator.step(Kilopascals(160.0), &active);
+            let now = regulator.setpoint().0;
+            assert!(now - before <= active.slew_kpa_per_tick * 1.001);
+            before = now;
+        }
+        assert_eq!(before, 160.0);
+    }
+
+    #[test]
+    fn a_stuck_regulator_is_seen_and_does_not_wind_the_trim_up() {
+        let mut regulator = Regulator::new();
+        run(&mut regulator, 140.0, 0.0, 0.0, 2_000);
+        assert!(regulator.deviating_us(Instant::from_micros(2_000_000)) > 1_500_000);
+        assert!(regulator.trim.abs() < 1.0, "{}", regulator.trim);
+    }
+
+    #[test]
+    fn without_a_target_nothing_is_commanded() {
+        let mut regulator = Regulator::new();
+        regulator.observe(
+            Instant::default(),
+            Monitor::Valid(Kilopascals(-2.0)),
+            Kilopascals(0.0),
+        );
+        let command = regulator.step(Kilopascals(0.0), &active());
+        assert_eq!(command, Kilopascals(0.0));
+    }
+}

@@ -1,0 +1,298 @@
+//! What a user may choose, checked once and turned into what the control tick needs.
+
+use crate::TICK_US;
+use crate::frontend::FrontEnd;
+use crate::table::FingerTable;
+use crate::units::{Kilopascals, Volts};
+
+/// What the outputs do when a fault is latched, where the fault leaves a choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum OnFault {
+    /// Let the air out: the fingers open.
+    Vent,
+    /// Keep the pressure: what is held stays held.
+    Hold,
+}
+
+/// What the gauges see.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum GaugeSense {
+    /// Bending: strain follows the finger's curvature, contact takes some of it away.
+    Bend,
+    /// Contact alone: no strain while the finger bends freely, as in the paper's figures 25–28.
+    Contact,
+}
+
+/// The controller's settings in the units that people use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Pressure of a grip that names none.
+    pub grip_pressure_kpa: f32,
+    /// No command and no grip goes above.
+    pub max_pressure_kpa: f32,
+    /// Steepest change of the commanded pressure.
+    pub slew_kpa_per_s: f32,
+    /// Time constant of the regulator, command to pressure.
+    pub regulator_lag_ms: f32,
+    /// Time constant of a finger's inflation, pressure to joint torque.
+    pub inflation_lag_ms: f32,
+    /// Time constant of a finger's bending, joint torque to curvature.
+    pub bending_lag_ms: f32,
+    /// What the gauges see.
+    pub gauge_sense: GaugeSense,
+    /// Measured free-bend strain over the table's, per finger: the result of a calibration.
+    pub free_bend_gain: [f32; 3],
+    /// A finger touches when its residual exceeds this …
+    pub contact_ue: f32,
+    /// … plus this share of the free-bend strain, which the table may be wrong by.
+    pub contact_percent: f32,
+    /// From reaching the set-point to judging whether something is held.
+    pub settle_ms: f32,
+    /// Loss: fall of the summed residual, in percent of its plateau, that counts for nothing.
+    pub loss_allowance_percent: f32,
+    /// Loss: evidence at which the object is gone, as fall beyond the allowance times its duration.
+    pub loss_evidence_percent_ms: f32,
+    /// Slip: change of the summed residual at constant pressure, in percent of its plateau.
+    pub slip_percent: f32,
+    /// The air is going when the pressure lies this far below what the command should give.
+    pub air_loss_kpa: f32,
+    /// Any longer deviation of the pressure from what the command should give is a fault.
+    pub not_following_ms: f32,
+    /// Lowest supply voltage.
+    pub supply_min_v: f32,
+    /// What the outputs do in a fault.
+    pub on_fault: OnFault,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            grip_pressure_kpa: 140.0,
+            max_pressure_kpa: 160.0,
+            slew_kpa_per_s: 400.0,
+            // 50–100 ms for proportional regulators of this size.
+            regulator_lag_ms: 75.0,
+            inflation_lag_ms: 80.0,
+            bending_lag_ms: 26.0,
+            gauge_sense: GaugeSense::Bend,
+            free_bend_gain: [1.0; 3],
+            contact_ue: 500.0,
+            contact_percent: 5.0,
+            settle_ms: 150.0,
+            loss_allowance_percent: 12.0,
+            loss_evidence_percent_ms: 60.0,
+            slip_percent: 5.0,
+            air_loss_kpa: 8.0,
+            not_following_ms: 300.0,
+            // 24 V − 15 %, the lower limit of most regulators.
+            supply_min_v: 20.4,
+            on_fault: OnFault::Hold,
+        }
+    }
+}
+
+/// A setting out of its range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SettingsError {
+    /// The field.
+    pub field: &'static str,
+    /// Its value.
+    pub value: f32,
+    /// The lowest value that would be right.
+    pub min: f32,
+    /// The highest value that would be right.
+    pub max: f32,
+}
+
+impl core::fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            field,
+            value,
+            min,
+            max,
+        } = self;
+        write!(f, "{field} = {value}: must lie within {min} and {max}")
+    }
+}
+
+/// Settings in the form that the control tick uses; made by [`Settings::validate`] alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Active {
+    pub(crate) front_end: FrontEnd,
+    pub(crate) grip_pressure: Kilopascals,
+    pub(crate) max_pressure: Kilopascals,
+    pub(crate) slew_kpa_per_tick: f32,
+    pub(crate) regulator_gain: f32,
+    pub(crate) inflation_gain: f32,
+    pub(crate) bending_gain: f32,
+    pub(crate) gauge_sense: GaugeSense,
+    pub(crate) free_bend_gain: [f32; 3],
+    pub(crate) contact_ue: f32,
+    pub(crate) contact_fraction: f32,
+    pub(crate) settle_us: u64,
+    pub(crate) loss_allowance: f32,
+    pub(crate) loss_evidence: f32,
+    pub(crate) slip: f32,
+    pub(crate) air_loss_kpa: f32,
+    pub(crate) not_following_us: u64,
+    pub(crate) supply_min: Volts,
+    pub(crate) on_fault: OnFault,
+}
+
+impl Active {
+    /// Pressure of a grip that names none.
+    pub fn grip_pressure(&self) -> Kilopascals {
+        self.grip_pressure
+    }
+}
+
+impl Settings {
+    /// Checks every field against the board and the finger.
+    pub fn validate(
+        &self,
+        front_end: &FrontEnd,
+        table: &FingerTable,
+    ) -> Result<Active, SettingsError> {
+        // Above the table nothing is known of the finger, above full scale nothing can be commanded.
+        let ceiling = table.max_pressure_kpa.min(front_end.regulator_full_scale.0);
+        for (field, value, min, max) in [
+            ("max_pressure_kpa", self.max_pressure_kpa, 1.0, ceiling),
+            (
+                "grip_pressure_kpa",
+                self.grip_pressure_kpa,
+                1.0,
+                self.max_pressure_kpa,
+            ),
+            ("slew_kpa_per_s", self.slew_kpa_per_s, 1.0, 10_000.0),
+            ("regulator_lag_ms", self.regulator_lag_ms, 1.0, 1_000.0),
+            ("inflation_lag_ms", self.inflation_lag_ms, 1.0, 1_000.0),
+            ("bending_lag_ms", self.bending_lag_ms, 1.0, 1_000.0),
+            ("free_bend_gain[0]", self.free_bend_gain[0], 0.5, 2.0),
+            ("free_bend_gain[1]", self.free_bend_gain[1], 0.5, 2.0),
+            ("free_bend_gain[2]", self.free_bend_gain[2], 0.5, 2.0),
+            ("contact_ue", self.contact_ue, 1.0, 20_000.0),
+            ("contact_percent", self.contact_percent, 0.0, 50.0),
+            ("settle_ms", self.settle_ms, 0.0, 10_000.0),
+            (
+                "loss_allowance_percent",
+                self.loss_allowance_percent,
+                1.0,
+                50.0,
+            ),
+            (
+                "loss_evidence_percent_ms",
+                self.loss_evidence_percent_ms,
+                1.0,
+                10_000.0,
+            ),
+            ("slip_percent", self.slip_percent, 1.0, 50.0),
+            ("air_loss_kpa", self.air_loss_kpa, 1.0, 100.0),
+            ("not_following_ms", self.not_following_ms, 10.0, 10_000.0),
+            ("supply_min_v", self.supply_min_v, 0.0, 30.0),
+        ] {
+            // A NaN is in no range.
+            if !(min..=max).contains(&value) {
+                return Err(SettingsError {
+                    field,
+                    value,
+                    min,
+                    max,
+                });
+            }
+        }
+        Ok(Active {
+            front_end: *front_end,
+            grip_pressure: Kilopascals(self.grip_pressure_kpa),
+            max_pressure: Kilopascals(self.max_pressure_kpa),
+            slew_kpa_per_tick: self.slew_kpa_per_s * TICK_US as f32 * 1e-6,
+            regulator_gain: lag_gain(self.regulator_lag_ms),
+            inflation_gain: lag_gain(self.inflation_lag_ms),
+            bending_gain: lag_gain(self.bending_lag_ms),
+            gauge_sense: self.gauge_sense,
+            free_bend_gain: self.free_bend_gain,
+            contact_ue: self.contact_ue,
+            contact_fraction: 0.01 * self.contact_percent,
+            settle_us: micros(self.settle_ms),
+            loss_allowance: 0.01 * self.loss_allowance_percent,
+            loss_evidence: 0.01 * self.loss_evidence_percent_ms * 1e3 / TICK_US as f32,
+            slip: 0.01 * self.slip_percent,
+            air_loss_kpa: self.air_loss_kpa,
+            not_following_us: micros(self.not_following_ms),
+            supply_min: Volts(self.supply_min_v),
+            on_fault: self.on_fault,
+        })
+    }
+}
+
+fn micros(ms: f32) -> u64 {
+    (1e3 * ms) as u64
+}
+
+/// Share of the way that a first-order lag goes in one tick: `1 − exp(−dt/τ)`. libm, because at long
+/// time constants the share is small and an approximate exponential would be off by more than itself.
+pub(crate) fn lag_gain(time_constant_ms: f32) -> f32 {
+    -libm::expm1f(-(TICK_US as f32) * 1e-3 / time_constant_ms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::FINGER;
+    use std::string::ToString;
+
+    fn error(settings: Settings) -> std::string::String {
+        settings
+            .validate(&FrontEnd::REFERENCE, &FINGER)
+            .expect_err("a wrong setting")
+            .to_string()
+    }
+
+    #[test]
+    fn the_defaults_are_valid() {
+        assert!(
+            Settings::default()
+                .validate(&FrontEnd::REFERENCE, &FINGER)
+                .is_ok()
+        );
+    }
+
+    #[test]
+    fn a_wrong_setting_is_named_with_its_range() {
+        assert_eq!(
+            error(Settings {
+                max_pressure_kpa: 170.0,
+                ..Settings::default()
+            }),
+            "max_pressure_kpa = 170: must lie within 1 and 160"
+        );
+        assert_eq!(
+            error(Settings {
+                settle_ms: f32::NAN,
+                ..Settings::default()
+            }),
+            "settle_ms = NaN: must lie within 0 and 10000"
+        );
+        assert_eq!(
+            error(Settings {
+                grip_pressure_kpa: 150.0,
+                max_pressure_kpa: 120.0,
+                ..Settings::default()
+            }),
+            "grip_pressure_kpa = 150: must lie within 1 and 120"
+        );
+    }
+
+    #[test]
+    fn a_lag_reaches_63_percent_after_its_time_constant() {
+        let gain = lag_gain(80.0);
+        let mut value = 0.0;
+        for _ in 0..80 {
+            value += gain * (1.0 - value);
+        }
+        assert!((value - (1.0 - libm::expf(-1.0))).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,126 @@
+//! What the controller tells the world: a snapshot that may be dropped, and events that may not.
+
+use crate::FINGERS;
+use crate::fault::Fault;
+use crate::grasp::{Loss, Refusal, State};
+use crate::units::{Degrees, Instant, Kilopascals, Microstrain};
+
+/// Something that happened in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Event {
+    /// A finger touched something while closing.
+    Contact {
+        /// Which one, from zero.
+        finger: u8,
+    },
+    /// At least two fingers hold something.
+    Holding,
+    /// The fingers closed around nothing.
+    Empty,
+    /// The residual drifts at constant pressure: the object may be sliding.
+    Slip {
+        /// Change of the normalised residual, 1/s.
+        rate: f32,
+    },
+    /// The object is gone.
+    Lost {
+        /// When the collapse began.
+        onset: Instant,
+    },
+    /// What was held has been let go on command.
+    Released,
+    /// The pressure is going.
+    AirLoss,
+    /// Something is wrong.
+    Fault {
+        /// What.
+        fault: Fault,
+        /// Which finger, if one.
+        finger: Option<u8>,
+    },
+    /// A command was not carried out.
+    Refused(Refusal),
+    /// New gauge offsets are in use.
+    Tared,
+    /// What was latched has been acknowledged.
+    Acknowledged,
+}
+
+/// Events of one tick: three contacts or gauge faults, a fault and its cause, a state change, and
+/// answers to one command fit.
+pub const EVENTS: usize = 8;
+
+/// The events of one tick, and how many found no room.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Events {
+    list: heapless::Vec<Event, EVENTS>,
+    lost: u8,
+}
+
+impl Events {
+    /// None yet.
+    pub const fn new() -> Self {
+        Self {
+            list: heapless::Vec::new(),
+            lost: 0,
+        }
+    }
+
+    /// Adds one, or counts it where there is no room.
+    pub fn add(&mut self, event: Event) {
+        if self.list.push(event).is_err() {
+            self.lost = self.lost.saturating_add(1);
+        }
+    }
+
+    /// Events that found no room.
+    pub fn lost(&self) -> u8 {
+        self.lost
+    }
+
+    /// The events in their order.
+    pub fn iter(&self) -> impl Iterator<Item = &Event> {
+        self.list.iter()
+    }
+}
+
+/// The controller's view of one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Snapshot {
+    /// When.
+    pub now: Instant,
+    /// Where the gripper is.
+    pub state: State,
+    /// The loss that is latched.
+    pub lost: Option<Loss>,
+    /// Measured pressure.
+    pub pressure: Option<Kilopascals>,
+    /// Slew-limited set-point.
+    pub setpoint: Kilopascals,
+    /// Contact residual of each finger.
+    pub residual: [Option<Microstrain>; FINGERS],
+    /// Fingers that touch.
+    pub touching: [bool; FINGERS],
+    /// Estimated bend.
+    pub bend: Degrees,
+    /// Summed residual over its plateau, smoothed, while holding.
+    pub level: Option<f32>,
+    /// Noise of each gauge, rms.
+    pub noise: [Microstrain; FINGERS],
+}
+
+/// Indicator outputs for the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Indicators {
+    /// A grip would be accepted.
+    pub ready: bool,
+    /// Something is held.
+    pub holding: bool,
+    /// A loss is latched.
+    pub lost: bool,
+    /// A fault, or a failed gauge, is latched.
+    pub fault: bool,
+}
