@@ -3,7 +3,8 @@
 //! The signal is `x`, the residual summed over the fingers, over its value when the hold began. Arm
 //! motion moves load from finger to finger but hardly changes the sum. Loss is a cumulative sum
 //! (CUSUM, Page 1954) of how far `x` has fallen beyond an allowance: a fast collapse is reported in
-//! milliseconds, a short dip is forgotten again.
+//! milliseconds, a short dip is forgotten again. An object that leaves sideways empties one finger
+//! while it presses on the others; that finger's own fall counts too, if the others confirm it.
 
 use crate::FINGERS;
 use crate::estimate::Contact;
@@ -35,8 +36,10 @@ pub enum Verdict {
 /// What the regulator knows that bears on the verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Air {
-    /// Measured pressure less what the command should have given; none without a measurement.
-    pub deviation: Option<Kilopascals>,
+    /// Measured pressure, where there is a measurement.
+    pub measured: Option<Kilopascals>,
+    /// What the commands so far should have given.
+    pub expected: Kilopascals,
     /// Pressure that the finger's shape has followed so far.
     pub lagged: Kilopascals,
 }
@@ -48,6 +51,9 @@ const PLATEAU_MS: f32 = 40.0;
 const REFERENCE_MS: f32 = 1_000.0;
 /// The reference only follows while `x` is this close to one; held objects stay within 2 % at 5 m/s².
 const CALM: f32 = 0.03;
+/// Fall of one finger that counts for nothing: arm motion at 10 m/s² takes up to a third of a finger's
+/// load and gives it back.
+const FINGER_ALLOWANCE: f32 = 0.5;
 /// Averaging of `x` for the slip warning.
 const LEVEL_MS: f32 = 20.0;
 /// A slip must last this long, longer than the knock of an arm's start.
@@ -57,6 +63,8 @@ const SLIP_END: f32 = 0.5;
 /// Residual lost per kilopascal that the finger's pressure has sagged. The contact force of a grip at
 /// 140 kPa ends near 95 kPa; a steeper value than 1/45 errs towards calling it air.
 const SAG_PER_KPA: f32 = 0.03;
+/// A finger has settled once its pressure is this close to the line's: 2 % of a grip's residual.
+const SETTLED_KPA: f32 = 1.5;
 /// The pressure must be missing this long to be an air loss: ripple is shorter, and 50 ms are allowed.
 const AIR_TICKS: u16 = 20;
 /// `ln` of the mean ticks between false alarms on pure noise: 10¹² ticks are 32 years at 1 kHz.
@@ -138,12 +146,27 @@ impl Detector {
             slipping: false,
         });
 
+        if air
+            .measured
+            .is_some_and(|p| p.0 > air.lagged.0 + SETTLED_KPA)
+        {
+            // While the finger's pressure still rises, so does the grip.
+            hold.pressure = air.lagged;
+            for (reference, plateau) in hold.reference.iter_mut().zip(self.plateau) {
+                *reference = reference.max(plateau);
+            }
+        }
         let (mut sum, mut reference, mut variance) = (0.0, 0.0, 0.0);
+        let mut emptiest = (f32::MAX, 0.0, 0.0);
         for i in 0..FINGERS {
             if let Some(residual) = contact.residual[i] {
                 sum += residual.0;
                 reference += hold.reference[i];
                 variance += noise_variance[i];
+                let share = residual.0 / hold.reference[i].max(1.0);
+                if share < emptiest.0 {
+                    emptiest = (share, residual.0, hold.reference[i]);
+                }
             }
         }
         if reference <= 0.0 {
@@ -156,7 +179,15 @@ impl Detector {
         hold.rate += self.level_gain * ((hold.level - before) * TICKS_PER_S - hold.rate);
 
         let sag = (hold.pressure.0 - air.lagged.0).max(0.0) * SAG_PER_KPA;
-        let fall = 1.0 - x - active.loss_allowance - sag;
+        let fall = 1.0 - x - active.loss_allowance;
+        let (share, finger, finger_reference) = emptiest;
+        let others = (sum - finger) / (reference - finger_reference).max(1.0);
+        let finger_fall = if (others - 1.0).abs() > CALM {
+            1.0 - share - FINGER_ALLOWANCE
+        } else {
+            0.0
+        };
+        let fall = fall.max(finger_fall) - sag;
         if hold.evidence == 0.0 {
             hold.onset = now;
         }
@@ -194,8 +225,8 @@ impl Detector {
 
     fn air_is_going(&mut self, air: Air, active: &Active) -> bool {
         // Without a measurement the count stands still: neither good news nor bad.
-        if let Some(deviation) = air.deviation {
-            self.air_ticks = if deviation.0 < -active.air_loss_kpa {
+        if let Some(measured) = air.measured {
+            self.air_ticks = if measured.0 < air.expected.0 - active.air_loss_kpa {
                 self.air_ticks.saturating_add(1)
             } else {
                 0
@@ -266,7 +297,8 @@ mod tests {
     }
 
     const STEADY: Air = Air {
-        deviation: Some(Kilopascals(0.0)),
+        measured: Some(Kilopascals(140.0)),
+        expected: Kilopascals(140.0),
         lagged: Kilopascals(140.0),
     };
 
@@ -314,6 +346,32 @@ mod tests {
             let swing = 0.6 * libm::sinf(tick as f32 * 0.05);
             let shares = [Some(1.0 + swing), Some(1.0 - swing), Some(1.0)];
             assert_eq!(bench.step(shares, STEADY, true), Verdict::Holding);
+        }
+    }
+
+    #[test]
+    fn an_object_that_leaves_sideways_is_lost_before_the_last_finger_knows() {
+        let mut bench = Bench::new();
+        bench.hold();
+        let lost = (0..200).find(|&ms| {
+            let gone = Some((1.0 - ms as f32 / 150.0).max(0.3));
+            let pressed = Some((1.0 + ms as f32 / 1_000.0).min(1.1));
+            matches!(
+                bench.step([gone, pressed, pressed], STEADY, true),
+                Verdict::Lost { .. }
+            )
+        });
+        assert!(lost.is_some_and(|ms| ms < 100), "{lost:?}");
+    }
+
+    #[test]
+    fn one_gauge_that_fades_while_the_others_stay_is_not_a_loss() {
+        let mut bench = Bench::new();
+        bench.hold();
+        for ms in 0..1_000 {
+            let fading = Some((1.0 - ms as f32 / 3_000.0).max(0.7));
+            let verdict = bench.step([fading, Some(1.0), Some(1.0)], STEADY, true);
+            assert!(!matches!(verdict, Verdict::Lost { .. }), "{ms} ms");
         }
     }
 
@@ -368,7 +426,8 @@ mod tests {
                 // The grip ends at 95 kPa.
                 let share = ((lagged - 95.0) / 45.0f32).max(0.0);
                 let air = Air {
-                    deviation: Some(Kilopascals(pressure - 140.0)),
+                    measured: Some(Kilopascals(pressure)),
+                    expected: Kilopascals(140.0),
                     lagged: Kilopascals(lagged),
                 };
                 match bench.step([Some(share); 3], air, true) {

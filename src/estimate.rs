@@ -43,19 +43,18 @@ const DEBOUNCE_TICKS: u8 = 5;
 /// The finger's lag behind the pressure, and the touch of each finger.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator {
-    inflated_kpa: f32,
-    bending_kpa: f32,
+    /// Pressure behind the first and behind both lags; unknown before the first measurement.
+    lagged_kpa: Option<[f32; 2]>,
     touching: [bool; FINGERS],
     against: [u8; FINGERS],
     bend: Degrees,
 }
 
 impl Estimator {
-    /// Fingers at rest without pressure.
+    /// Fingers at rest at the first pressure that will be measured.
     pub fn new() -> Self {
         Self {
-            inflated_kpa: 0.0,
-            bending_kpa: 0.0,
+            lagged_kpa: None,
             touching: [false; FINGERS],
             against: [0; FINGERS],
             bend: Degrees(0.0),
@@ -64,16 +63,18 @@ impl Estimator {
 
     /// The pressure that the finger's shape has followed so far.
     pub fn lagged_pressure(&self) -> Kilopascals {
-        Kilopascals(self.bending_kpa)
+        Kilopascals(self.lagged_kpa.map_or(0.0, |[_, bending]| bending))
     }
 
     /// Estimates contact from one tick's readings.
     pub fn step(&mut self, reading: &Reading, table: &FingerTable, active: &Active) -> Contact {
         if let Monitor::Valid(pressure) = reading.monitor {
-            self.inflated_kpa += active.inflation_gain * (pressure.0 - self.inflated_kpa);
+            let [inflated, bending] = self.lagged_kpa.get_or_insert([pressure.0; 2]);
+            *inflated += active.inflation_gain * (pressure.0 - *inflated);
+            *bending += active.bending_gain * (*inflated - *bending);
         }
-        self.bending_kpa += active.bending_gain * (self.inflated_kpa - self.bending_kpa);
-        let (free, range) = table.free_strain(Kilopascals(self.bending_kpa));
+        let pressure = self.lagged_pressure();
+        let (free, range) = table.free_strain(pressure);
         let threshold = active.contact_ue + active.contact_fraction * free.0;
 
         let mut residual = [None; FINGERS];
@@ -96,7 +97,7 @@ impl Estimator {
             self.bend = table.bend(pressure).0;
         } else if active.gauge_sense == GaugeSense::Contact {
             // Such a gauge cannot see bending; the free bend is the best that is known.
-            self.bend = table.bend(Kilopascals(self.bending_kpa)).0;
+            self.bend = table.bend(pressure).0;
         }
         Contact {
             residual,

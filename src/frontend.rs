@@ -41,7 +41,7 @@ impl FrontEnd {
         gauge_zero: 1.65 / V_PER_ADC_CODE,
         gauge_ue_per_code: V_PER_ADC_CODE * 20_000.0 / 1.5,
         gauge_full_scale: Microstrain(20_000.0),
-        // The amplifier's swing ends at 0.15 and 3.15 V; a shorted input pulls it to ground, a
+        // The amplifier's swing ends at 0.12 and 3.18 V; a shorted input pulls it to ground, a
         // pull-up takes an open one to the rail.
         gauge_short_below: AdcCode((0.05 / V_PER_ADC_CODE) as u16),
         gauge_open_above: AdcCode((3.25 / V_PER_ADC_CODE) as u16),
@@ -78,9 +78,11 @@ impl FrontEnd {
         DacCode((pressure * self.command_codes_per_kpa + 0.5) as u16)
     }
 
-    /// The gauge code of a strain, not yet quantised: what the amplifier puts out.
+    /// The gauge code of a strain, not yet quantised: what the amplifier puts out. It clips 2 % beyond
+    /// full scale.
     pub fn gauge_code(&self, strain: Microstrain) -> f32 {
-        strain.0 / self.gauge_ue_per_code + self.gauge_zero
+        let clip = 1.02 * self.gauge_full_scale.0;
+        strain.0.clamp(-clip, clip) / self.gauge_ue_per_code + self.gauge_zero
     }
 
     /// The monitor code of a pressure, not yet quantised.

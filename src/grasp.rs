@@ -259,8 +259,17 @@ impl Supervisor {
             }
             Command::Grip(grip) => match self.accept_grip(grip, table, active) {
                 Ok(target) => {
-                    let held_before = self.state.is_holding();
-                    self.touched = [false; FINGERS];
+                    let held_before = match self.state {
+                        State::Closing { held_before, .. } => held_before,
+                        State::Holding { .. } => true,
+                        State::Idle
+                        | State::Empty { .. }
+                        | State::Releasing { .. }
+                        | State::Fault { .. } => {
+                            self.touched = [false; FINGERS];
+                            false
+                        }
+                    };
                     self.state = State::Closing {
                         target,
                         reached: None,

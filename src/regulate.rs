@@ -9,9 +9,11 @@ use crate::{TICK_US, units::Instant};
 /// Proportional gain on the deviation. The regulator has its own loop; this one only trims it.
 const PROPORTIONAL: f32 = 0.1;
 /// Integral gain, 1/s: well below the regulator's own bandwidth of about 1/(75 ms).
-const INTEGRAL_PER_S: f32 = 1.0;
+const INTEGRAL_PER_S: f32 = 4.0;
 /// The trim never exceeds this: five times the regulator's stated error of ±1 % of 200 kPa.
 const TRIM_LIMIT_KPA: f32 = 10.0;
+/// A ramp is over when the expected pressure is this close to the set-point.
+const STEADY_KPA: f32 = 1.0;
 /// The pressure follows while it is within this of what the command should give.
 const FOLLOWING_KPA: f32 = 8.0;
 
@@ -19,7 +21,8 @@ const FOLLOWING_KPA: f32 = 8.0;
 #[derive(Debug, Clone, Copy)]
 pub struct Regulator {
     setpoint: f32,
-    expected: f32,
+    /// What the pressure should be by now; unknown before the first measurement.
+    expected: Option<f32>,
     trim: f32,
     deviation: Option<f32>,
     deviating_since: Option<Instant>,
@@ -30,7 +33,7 @@ impl Regulator {
     pub fn new() -> Self {
         Self {
             setpoint: 0.0,
-            expected: 0.0,
+            expected: None,
             trim: 0.0,
             deviation: None,
             deviating_since: None,
@@ -44,19 +47,22 @@ impl Regulator {
 
     /// Compares the pressure with what the commands so far should have given.
     pub fn observe(&mut self, now: Instant, monitor: Monitor, lagged: Kilopascals) -> Air {
-        if let Monitor::Valid(pressure) = monitor {
-            let deviation = pressure.0 - self.expected;
-            self.deviation = Some(deviation);
-            if deviation.abs() > FOLLOWING_KPA {
+        let measured = match monitor {
+            Monitor::Valid(pressure) => Some(pressure),
+            Monitor::Missing | Monitor::TooHigh => None,
+        };
+        self.deviation =
+            measured.map(|pressure| pressure.0 - *self.expected.get_or_insert(pressure.0));
+        match self.deviation {
+            Some(deviation) if deviation.abs() > FOLLOWING_KPA => {
                 self.deviating_since.get_or_insert(now);
-            } else {
-                self.deviating_since = None;
             }
-        } else {
-            self.deviation = None;
+            Some(_) => self.deviating_since = None,
+            None => {}
         }
         Air {
-            deviation: self.deviation.map(Kilopascals),
+            measured,
+            expected: Kilopascals(self.expected.unwrap_or(0.0)),
             lagged,
         }
     }
@@ -70,7 +76,7 @@ impl Regulator {
     /// Forgets a deviation that has been acknowledged and starts from the pressure that is there.
     pub fn restart(&mut self, monitor: Monitor) {
         if let Monitor::Valid(pressure) = monitor {
-            self.expected = pressure.0;
+            self.expected = Some(pressure.0);
         }
         self.trim = 0.0;
         self.deviating_since = None;
@@ -80,17 +86,24 @@ impl Regulator {
     pub fn step(&mut self, target: Kilopascals, active: &Active) -> Kilopascals {
         let slew = active.slew_kpa_per_tick;
         let target = target.0.max(0.0).min(active.max_pressure.0);
-        self.setpoint += (target - self.setpoint).max(-slew).min(slew);
-        self.expected += active.regulator_gain * (self.setpoint - self.expected);
+        if let Some(expected) = &mut self.expected {
+            // A rise starts from the pressure that is still there.
+            self.setpoint = self.setpoint.max(expected.min(target));
+            self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+            *expected += active.regulator_gain * (self.setpoint - *expected);
+        }
 
         // Deviations from the expected response, not from the set-point: the regulator's lag is not
         // an error to integrate.
         let error = -self.deviation.unwrap_or(0.0);
         let command = self.setpoint + PROPORTIONAL * error + self.trim;
         // Anti-windup: no trim for a command at its limit, none for a regulator that does not follow,
-        // and none without pressure, where the monitor's offset could never be reached.
+        // and none on a ramp, where a regulator quicker or slower than its model is no error to trim.
         let saturated = !(0.0..=active.max_pressure.0).contains(&command);
-        if !saturated && error.abs() < FOLLOWING_KPA && self.setpoint > 0.0 {
+        let steady = self
+            .expected
+            .is_some_and(|expected| (self.setpoint - expected).abs() < STEADY_KPA);
+        if !saturated && steady && error.abs() < FOLLOWING_KPA {
             self.trim = (self.trim + INTEGRAL_PER_S * error * TICK_US as f32 * 1e-6)
                 .max(-TRIM_LIMIT_KPA)
                 .min(TRIM_LIMIT_KPA);
@@ -147,6 +160,8 @@ mod tests {
         let active = active();
         let mut regulator = Regulator::new();
         let mut before = 0.0;
+        let at_rest = Monitor::Valid(Kilopascals(0.0));
+        regulator.observe(Instant::default(), at_rest, Kilopascals(0.0));
         for _ in 0..1_000 {
             regulator.step(Kilopascals(160.0), &active);
             let now = regulator.setpoint().0;

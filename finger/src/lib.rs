@@ -5,7 +5,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod bordered;
 pub mod chain;
 pub mod cubic;
+pub mod hyperelastic;
+pub mod mesh;
 pub mod recipe;
+pub mod section;
 pub mod table;
+pub mod yeoh;

@@ -1,0 +1,319 @@
+//! The robot arm: jerk-limited moves that bring the gripper down onto an object, lift it, carry it
+//! and put it down, and the moments at which the robot asks for grip and release.
+
+/// What the arm is doing; the paper's picking, transferring and placing, in finer steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// Coming down over the object, gripper open.
+    Approach,
+    /// Standing still while the fingers close.
+    Grip,
+    /// Picking the object up.
+    Lift,
+    /// Transferring it sideways.
+    Carry,
+    /// Lowering it onto its destination.
+    Place,
+    /// Standing still while the fingers open.
+    Release,
+    /// Going up again, leaving the object behind.
+    Retreat,
+    /// Standing still for good.
+    Done,
+}
+
+impl Phase {
+    /// Whether the robot asks the gripper to hold on: from [`Phase::Grip`] until [`Phase::Release`].
+    pub fn wants_grip(self) -> bool {
+        matches!(
+            self,
+            Phase::Grip | Phase::Lift | Phase::Carry | Phase::Place
+        )
+    }
+}
+
+/// The task given to the arm. Every move starts and ends at rest, without a speed limit: the
+/// paper varies acceleration only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Greatest acceleration of every move, m/s².
+    pub acceleration_m_s2: f64,
+    /// Time in which acceleration rises from zero to its greatest value, s.
+    pub jerk_ramp_s: f64,
+    /// Height from which the gripper comes down onto the object, m.
+    pub approach_m: f64,
+    /// Height of the lift, m.
+    pub lift_m: f64,
+    /// Distance of the transfer, m.
+    pub carry_m: f64,
+    /// Rest after each move, s.
+    pub dwell_s: f64,
+    /// Time given to the fingers to close, s.
+    pub grip_s: f64,
+    /// Time given to the fingers to open, s.
+    pub release_s: f64,
+}
+
+impl Default for Motion {
+    /// Lift, transfer and jerk ramp reproduce the outcomes that the paper states; the rest is free.
+    fn default() -> Self {
+        Motion {
+            acceleration_m_s2: 5.0,
+            jerk_ramp_s: 0.047,
+            approach_m: 0.15,
+            lift_m: 0.2,
+            carry_m: 0.8,
+            dwell_s: 0.2,
+            grip_s: 1.0,
+            release_s: 0.6,
+        }
+    }
+}
+
+/// Where the arm is at one moment. The origin is the palm's position when it grips; x points in the
+/// direction of the transfer and z up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmState {
+    /// What the arm is doing.
+    pub phase: Phase,
+    /// Position of the palm, m.
+    pub position_m: [f64; 3],
+    /// Velocity of the palm, m/s.
+    pub velocity_m_s: [f64; 3],
+    /// Acceleration of the palm, m/s².
+    pub acceleration_m_s2: [f64; 3],
+}
+
+/// A whole pick-and-place cycle as a function of time.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    stages: [Stage; 7],
+    done_at_s: f64,
+}
+
+/// One phase: a straight move, then a rest.
+#[derive(Clone, Copy, Debug)]
+struct Stage {
+    phase: Phase,
+    start_s: f64,
+    from_m: [f64; 3],
+    /// Axis of the move: 0 = x, 2 = z.
+    axis: usize,
+    sign: f64,
+    travel: Travel,
+}
+
+impl Profile {
+    /// Plans the cycle.
+    pub fn new(motion: &Motion) -> Profile {
+        let (x, z) = (0, 2);
+        let plan = [
+            (Phase::Approach, z, -motion.approach_m, motion.dwell_s),
+            (Phase::Grip, z, 0.0, motion.grip_s),
+            (Phase::Lift, z, motion.lift_m, motion.dwell_s),
+            (Phase::Carry, x, motion.carry_m, motion.dwell_s),
+            (Phase::Place, z, -motion.lift_m, motion.dwell_s),
+            (Phase::Release, z, 0.0, motion.release_s),
+            (Phase::Retreat, z, motion.lift_m, motion.dwell_s),
+        ];
+        let mut at_m = [0.0, 0.0, motion.approach_m];
+        let mut time_s = 0.0;
+        let stages = plan.map(|(phase, axis, distance_m, rest_s)| {
+            let stage = Stage {
+                phase,
+                start_s: time_s,
+                from_m: at_m,
+                axis,
+                sign: distance_m.signum(),
+                travel: Travel::new(
+                    distance_m.abs(),
+                    motion.acceleration_m_s2,
+                    motion.jerk_ramp_s,
+                ),
+            };
+            at_m[axis] += distance_m;
+            time_s += stage.travel.duration_s() + rest_s;
+            stage
+        });
+        Profile {
+            stages,
+            done_at_s: time_s,
+        }
+    }
+
+    /// The arm at time `t_s`; it waits in its first position before zero and in its last after the end.
+    pub fn at(&self, t_s: f64) -> ArmState {
+        let stage = self
+            .stages
+            .iter()
+            .rev()
+            .find(|s| s.start_s <= t_s)
+            .unwrap_or(&self.stages[0]);
+        let (distance, velocity, acceleration) = stage.travel.at(t_s - stage.start_s);
+        let mut state = ArmState {
+            phase: if t_s < self.done_at_s {
+                stage.phase
+            } else {
+                Phase::Done
+            },
+            position_m: stage.from_m,
+            velocity_m_s: [0.0; 3],
+            acceleration_m_s2: [0.0; 3],
+        };
+        state.position_m[stage.axis] += stage.sign * distance;
+        state.velocity_m_s[stage.axis] = stage.sign * velocity;
+        state.acceleration_m_s2[stage.axis] = stage.sign * acceleration;
+        state
+    }
+
+    /// Time at which a phase begins, s.
+    pub fn start_s(&self, phase: Phase) -> f64 {
+        self.stages
+            .iter()
+            .find(|s| s.phase == phase)
+            .map_or(self.done_at_s, |s| s.start_s)
+    }
+
+    /// Time at which everything is done, s.
+    pub fn duration_s(&self) -> f64 {
+        self.done_at_s
+    }
+}
+
+/// The quickest straight move from rest to rest with limited acceleration and jerk: seven pieces
+/// of constant jerk, +j 0 −j −j 0 +j, of which the two in the middle are one.
+#[derive(Clone, Copy, Debug)]
+struct Travel {
+    jerk_m_s3: f64,
+    ramp_s: f64,
+    level_s: f64,
+}
+
+impl Travel {
+    fn new(distance_m: f64, acceleration_m_s2: f64, ramp_s: f64) -> Travel {
+        // Speeding up takes T = 2·ramp + level and reaches v = a·(ramp + level); by symmetry the move
+        // covers v·T. A move too short to reach the full acceleration (level < 0) keeps the ramp
+        // and lowers the acceleration instead: d = 2·a·ramp².
+        let speeding_up_s =
+            (ramp_s + (ramp_s * ramp_s + 4.0 * distance_m / acceleration_m_s2).sqrt()) / 2.0;
+        let level_s = speeding_up_s - 2.0 * ramp_s;
+        if level_s >= 0.0 {
+            Travel {
+                jerk_m_s3: acceleration_m_s2 / ramp_s,
+                ramp_s,
+                level_s,
+            }
+        } else {
+            Travel {
+                jerk_m_s3: distance_m / (2.0 * ramp_s * ramp_s * ramp_s),
+                ramp_s,
+                level_s: 0.0,
+            }
+        }
+    }
+
+    fn duration_s(&self) -> f64 {
+        if self.jerk_m_s3 == 0.0 {
+            0.0
+        } else {
+            4.0 * self.ramp_s + 2.0 * self.level_s
+        }
+    }
+
+    /// Distance, velocity and acceleration after `t_s`.
+    fn at(&self, t_s: f64) -> (f64, f64, f64) {
+        let (j, ramp, level) = (self.jerk_m_s3, self.ramp_s, self.level_s);
+        let pieces = [
+            (j, ramp),
+            (0.0, level),
+            (-j, 2.0 * ramp),
+            (0.0, level),
+            (j, ramp),
+        ];
+        let (mut x, mut v, mut a, mut left_s) = (0.0, 0.0, 0.0, t_s.max(0.0));
+        for (jerk, length_s) in pieces {
+            let t = left_s.min(length_s);
+            x += t * (v + t * (a / 2.0 + t * jerk / 6.0));
+            v += t * (a + t * jerk / 2.0);
+            a += t * jerk;
+            left_s -= t;
+        }
+        // After the last piece, v and a are zero but for rounding.
+        if left_s > 0.0 {
+            (x, 0.0, 0.0)
+        } else {
+            (x, v, a)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_move_keeps_its_limits_and_its_state_is_consistent() {
+        for acceleration in [2.0, 5.0, 10.0, 40.0] {
+            let motion = Motion {
+                acceleration_m_s2: acceleration,
+                ..Motion::default()
+            };
+            let profile = Profile::new(&motion);
+            let dt = 1e-4;
+            let mut last = profile.at(0.0);
+            for n in 1..=(profile.duration_s() / dt) as usize + 100 {
+                let now = profile.at(n as f64 * dt);
+                for axis in 0..3 {
+                    let a = now.acceleration_m_s2[axis];
+                    let jerk = (a - last.acceleration_m_s2[axis]) / dt;
+                    assert!(a.abs() <= acceleration * (1.0 + 1e-9));
+                    assert!(jerk.abs() <= acceleration / motion.jerk_ramp_s * (1.0 + 1e-6));
+                    let dv = now.velocity_m_s[axis] - last.velocity_m_s[axis];
+                    assert!((dv / dt - a).abs() <= acceleration / motion.jerk_ramp_s * dt);
+                    let dx = now.position_m[axis] - last.position_m[axis];
+                    assert!((dx / dt - now.velocity_m_s[axis]).abs() <= acceleration * dt);
+                }
+                last = now;
+            }
+        }
+    }
+
+    #[test]
+    fn phases_follow_each_other_at_rest_and_end_at_the_destination() {
+        let motion = Motion::default();
+        let profile = Profile::new(&motion);
+        let stations = [
+            (Phase::Approach, [0.0, 0.0, motion.approach_m]),
+            (Phase::Grip, [0.0; 3]),
+            (Phase::Lift, [0.0; 3]),
+            (Phase::Carry, [0.0, 0.0, motion.lift_m]),
+            (Phase::Place, [motion.carry_m, 0.0, motion.lift_m]),
+            (Phase::Release, [motion.carry_m, 0.0, 0.0]),
+            (Phase::Retreat, [motion.carry_m, 0.0, 0.0]),
+            (Phase::Done, [motion.carry_m, 0.0, motion.lift_m]),
+        ];
+        for (phase, position) in stations {
+            let state = profile.at(profile.start_s(phase));
+            assert_eq!(state.phase, phase);
+            for axis in 0..3 {
+                assert!((state.position_m[axis] - position[axis]).abs() < 1e-12);
+                assert_eq!(state.velocity_m_s[axis], 0.0);
+                assert_eq!(state.acceleration_m_s2[axis], 0.0);
+            }
+        }
+        assert_eq!(profile.at(-1.0), profile.at(0.0));
+        assert_eq!(profile.at(1e3).phase, Phase::Done);
+    }
+
+    #[test]
+    fn the_robot_asks_for_grip_from_grip_to_release() {
+        let profile = Profile::new(&Motion::default());
+        let asks = |t| profile.at(t).phase.wants_grip();
+        let (grip, release) = (
+            profile.start_s(Phase::Grip),
+            profile.start_s(Phase::Release),
+        );
+        assert!(!asks(grip - 1e-3) && asks(grip));
+        assert!(asks(release - 1e-3) && !asks(release));
+    }
+}

@@ -1,0 +1,87 @@
+//! Controller events as JSON and in plain words.
+
+use serde_json::{Value, json};
+use softgrip::telemetry::Event;
+
+/// An event at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimedEvent {
+    /// Seconds since the start.
+    pub t_s: f64,
+    /// What happened.
+    pub event: Event,
+}
+
+impl TimedEvent {
+    /// `{"t_s", "event", …}`; fingers count from 1.
+    pub fn json(&self) -> Value {
+        let mut value = json!({"t_s": self.t_s, "event": name(&self.event)});
+        match self.event {
+            Event::Contact { finger } => value["finger"] = json!(finger + 1),
+            Event::Slip { rate } => value["rate_per_s"] = json!(rate),
+            Event::Lost { onset } => value["onset_s"] = json!(onset.micros() as f64 * 1e-6),
+            Event::Fault { fault, finger } => {
+                value["code"] = json!(fault.code());
+                value["fault"] = json!(format!("{fault:?}"));
+                if let Some(finger) = finger {
+                    value["finger"] = json!(finger + 1);
+                }
+            }
+            Event::Refused(refusal) => value["reason"] = json!(format!("{refusal:?}")),
+            Event::Holding
+            | Event::Empty
+            | Event::Released
+            | Event::AirLoss
+            | Event::Tared
+            | Event::Acknowledged => {}
+        }
+        value
+    }
+
+    /// One line for a person.
+    pub fn words(&self) -> String {
+        match self.event {
+            Event::Contact { finger } => format!("finger {} touches", finger + 1),
+            Event::Holding => "holding".into(),
+            Event::Empty => "closed on nothing".into(),
+            Event::Slip { rate } => {
+                format!(
+                    "SLIP: the grip changes by {:+.0} % per second",
+                    100.0 * rate
+                )
+            }
+            Event::Lost { onset } => format!(
+                "LOST: the object is gone (since {:.3} s)",
+                onset.micros() as f64 * 1e-6
+            ),
+            Event::Released => "released".into(),
+            Event::AirLoss => "AIR LOSS: the pressure is going".into(),
+            Event::Fault { fault, finger } => match finger {
+                Some(finger) => {
+                    format!("FAULT {}: {fault:?}, finger {}", fault.code(), finger + 1)
+                }
+                None => format!("FAULT {}: {fault:?}", fault.code()),
+            },
+            Event::Refused(refusal) => format!("command refused: {refusal:?}"),
+            Event::Tared => "gauges zeroed".into(),
+            Event::Acknowledged => "acknowledged".into(),
+        }
+    }
+}
+
+/// The event's name on every wire.
+pub fn name(event: &Event) -> &'static str {
+    match event {
+        Event::Contact { .. } => "contact",
+        Event::Holding => "holding",
+        Event::Empty => "empty",
+        Event::Slip { .. } => "slip",
+        Event::Lost { .. } => "lost",
+        Event::Released => "released",
+        Event::AirLoss => "air_loss",
+        Event::Fault { .. } => "fault",
+        Event::Refused(_) => "refused",
+        Event::Tared => "tared",
+        Event::Acknowledged => "acknowledged",
+    }
+}

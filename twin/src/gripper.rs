@@ -1,0 +1,109 @@
+//! Parameters of the simulated gripper, from `gripper.toml`.
+
+use serde::Deserialize;
+
+use crate::arm::Motion;
+
+/// Every parameter that is not the finger's own.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "gripper.toml documents each field")]
+pub struct Gripper {
+    pub hand: Hand,
+    pub object: Object,
+    pub arm: Arm,
+    pub regulator: Regulator,
+    pub gauge: Gauge,
+}
+
+/// The fingers' common geometry and lags.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "gripper.toml documents each field")]
+pub struct Hand {
+    pub palm_radius_mm: f64,
+    pub link_radius_mm: f64,
+    pub first_finger_deg: f64,
+    pub bending_lag_ms: f64,
+    pub inflation_lag_ms: f64,
+}
+
+/// The objects' sizes and where they are gripped.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "gripper.toml documents each field")]
+pub struct Object {
+    pub diameter_mm: f64,
+    pub cylinder_height_mm: f64,
+    pub sphere_depth_mm: f64,
+    pub cylinder_depth_mm: f64,
+}
+
+/// The arm's moves.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "gripper.toml documents each field")]
+pub struct Arm {
+    pub approach_mm: f64,
+    pub lift_mm: f64,
+    pub carry_mm: f64,
+    pub jerk_ramp_ms: f64,
+    pub dwell_ms: f64,
+    pub grip_ms: f64,
+    pub release_ms: f64,
+}
+
+/// The pressure regulator, its monitor and the supply.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "gripper.toml documents each field")]
+pub struct Regulator {
+    pub lag_ms: f64,
+    pub slew_kpa_per_s: f64,
+    pub gain: f64,
+    pub offset_kpa: f64,
+    pub monitor_noise_kpa: f64,
+    pub supply_v: f64,
+}
+
+/// The strain gauges and their converter.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "gripper.toml documents each field")]
+pub struct Gauge {
+    pub creep_percent: f64,
+    pub creep_time_s: f64,
+    pub scans: u16,
+}
+
+impl Gripper {
+    /// The gripper of `gripper.toml`.
+    pub fn reference() -> Self {
+        toml::from_str(include_str!("../gripper.toml")).expect("a test reads this file")
+    }
+
+    /// The arm's cycle at an acceleration.
+    pub fn motion(&self, acceleration_m_s2: f64) -> Motion {
+        let arm = &self.arm;
+        Motion {
+            acceleration_m_s2,
+            jerk_ramp_s: 1e-3 * arm.jerk_ramp_ms,
+            approach_m: 1e-3 * arm.approach_mm,
+            lift_m: 1e-3 * arm.lift_mm,
+            carry_m: 1e-3 * arm.carry_mm,
+            dwell_s: 1e-3 * arm.dwell_ms,
+            grip_s: 1e-3 * arm.grip_ms,
+            release_s: 1e-3 * arm.release_ms,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reference_is_readable_and_is_the_arms_default() {
+        assert_eq!(Gripper::reference().motion(5.0), Motion::default());
+    }
+}

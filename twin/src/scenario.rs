@@ -1,0 +1,57 @@
+//! What is to be picked up, and how fast.
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+/// Kind of object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ObjectKind {
+    /// A ball.
+    Sphere,
+    /// An upright cylinder.
+    Cylinder,
+}
+
+impl std::fmt::Display for ObjectKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Sphere => "sphere",
+            Self::Cylinder => "cylinder",
+        })
+    }
+}
+
+/// One pick-and-place run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scenario {
+    /// What is picked up.
+    pub object: ObjectKind,
+    /// Its mass, kg.
+    pub mass_kg: f64,
+    /// Greatest acceleration of the arm, m/s².
+    pub accel_m_s2: f64,
+    /// Pressure that the robot asks for, kPa.
+    pub pressure_kpa: f64,
+    /// Friction coefficient between finger and object.
+    pub friction: f64,
+    /// Noise of a gauge reading, rms at the control tick, µε.
+    pub noise_ue: f64,
+    /// Seed of all noise.
+    pub seed: u64,
+}
+
+impl Default for Scenario {
+    /// The paper's sphere (section 4.2), with the noise of a decent amplifier.
+    fn default() -> Self {
+        Self {
+            object: ObjectKind::Sphere,
+            mass_kg: 0.150,
+            accel_m_s2: 5.0,
+            pressure_kpa: 140.0,
+            friction: 0.8,
+            noise_ue: 20.0,
+            seed: 1,
+        }
+    }
+}
