@@ -11,6 +11,7 @@ fn main() -> ExitCode {
     let recipe = std::env::var("SOFTGRIP_RECIPE").unwrap_or_else(|_| DEFAULT_RECIPE.into());
     let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join(recipe);
     println!("cargo::rerun-if-changed={}", recipe.display());
+    link_firmware();
     match make_table(&recipe) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -26,4 +27,16 @@ fn make_table(recipe: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let out = PathBuf::from(std::env::var("OUT_DIR")?).join("finger_table.rs");
     std::fs::write(out, table.to_rust())?;
     Ok(())
+}
+
+/// Link arguments of the firmware; the host's binaries need none.
+fn link_firmware() {
+    println!("cargo::rerun-if-changed=memory.x");
+    if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
+        // The linker looks for memory.x here.
+        println!("cargo::rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
+        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+            println!("cargo::rustc-link-arg-bins={argument}");
+        }
+    }
 }

@@ -358,7 +358,7 @@ mod tests {
     }
 
     fn flicker(tick: u32) -> f32 {
-        if tick % 2 == 0 { 15.0 } else { -15.0 }
+        if tick.is_multiple_of(2) { 15.0 } else { -15.0 }
     }
 
     #[test]

@@ -40,11 +40,29 @@ const RELEASE_SHARE: f32 = 0.6;
 /// Contact must come or go for this long: longer than a spike, shorter than anything that matters.
 const DEBOUNCE_TICKS: u8 = 5;
 
+/// The finger behind the pressure: the air's first-order lag, then the finger's swing.
+#[derive(Debug, Clone, Copy)]
+struct Lag {
+    inflated_kpa: f32,
+    bent_kpa: f32,
+    rate_kpa: f32,
+}
+
+impl Lag {
+    fn step(&mut self, pressure: Kilopascals, active: &Active) {
+        self.inflated_kpa += active.inflation_gain * (pressure.0 - self.inflated_kpa);
+        // Semi-implicit Euler: stable up to ω dt = 2, and the settings end at 0.3.
+        let [stiffness, damping] = active.bending;
+        self.rate_kpa += stiffness * (self.inflated_kpa - self.bent_kpa) - damping * self.rate_kpa;
+        self.bent_kpa += self.rate_kpa;
+    }
+}
+
 /// The finger's lag behind the pressure, and the touch of each finger.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator {
-    /// Pressure behind the first and behind both lags; unknown before the first measurement.
-    lagged_kpa: Option<[f32; 2]>,
+    /// Unknown before the first measurement.
+    lag: Option<Lag>,
     touching: [bool; FINGERS],
     against: [u8; FINGERS],
     bend: Degrees,
@@ -54,7 +72,7 @@ impl Estimator {
     /// Fingers at rest at the first pressure that will be measured.
     pub fn new() -> Self {
         Self {
-            lagged_kpa: None,
+            lag: None,
             touching: [false; FINGERS],
             against: [0; FINGERS],
             bend: Degrees(0.0),
@@ -63,15 +81,18 @@ impl Estimator {
 
     /// The pressure that the finger's shape has followed so far.
     pub fn lagged_pressure(&self) -> Kilopascals {
-        Kilopascals(self.lagged_kpa.map_or(0.0, |[_, bending]| bending))
+        Kilopascals(self.lag.map_or(0.0, |lag| lag.bent_kpa))
     }
 
     /// Estimates contact from one tick's readings.
     pub fn step(&mut self, reading: &Reading, table: &FingerTable, active: &Active) -> Contact {
         if let Monitor::Valid(pressure) = reading.monitor {
-            let [inflated, bending] = self.lagged_kpa.get_or_insert([pressure.0; 2]);
-            *inflated += active.inflation_gain * (pressure.0 - *inflated);
-            *bending += active.bending_gain * (*inflated - *bending);
+            let lag = self.lag.get_or_insert(Lag {
+                inflated_kpa: pressure.0,
+                bent_kpa: pressure.0,
+                rate_kpa: 0.0,
+            });
+            lag.step(pressure, active);
         }
         let pressure = self.lagged_pressure();
         let (free, range) = table.free_strain(pressure);

@@ -234,11 +234,13 @@ impl Supervisor {
             Some(TareResult::Rejected) => events.add(Event::Refused(Refusal::TareRejected)),
             None => {}
         }
+        // Only what was latched before this tick can have been seen by whoever acknowledges now.
+        let seen = matches!(self.state, State::Fault { .. });
         if let Some(fault) = self.find_fault(situation, active) {
             self.enter_fault(fault, active, events);
         }
         // A command comes before the verdict: what the robot lets go in this tick is not lost.
-        let request = self.obey(now, command, table, active, events);
+        let request = self.obey(now, command, seen, table, active, events);
         self.advance(now, situation, active, events);
         request
     }
@@ -247,6 +249,7 @@ impl Supervisor {
         &mut self,
         now: Instant,
         command: Command,
+        fault_was_seen: bool,
         table: &FingerTable,
         active: &Active,
         events: &mut Events,
@@ -300,7 +303,9 @@ impl Supervisor {
             Command::Acknowledge => {
                 self.lost = None;
                 self.failed = [false; FINGERS];
-                if let State::Fault { target, .. } = self.state {
+                if let State::Fault { target, .. } = self.state
+                    && fault_was_seen
+                {
                     // What is held stays held: acknowledging must not drop it.
                     self.state = if target.0 > 0.0 {
                         State::Closing {
@@ -454,14 +459,14 @@ impl Supervisor {
 
     fn report_gauges(&mut self, reading: &Reading, events: &mut Events) {
         for (finger, reported) in self.failed.iter_mut().enumerate() {
-            if let Gauge::Failed(fault) = reading.gauges[finger] {
-                if !*reported {
-                    *reported = true;
-                    events.add(Event::Fault {
-                        fault: fault.into(),
-                        finger: Some(finger as u8),
-                    });
-                }
+            if let Gauge::Failed(fault) = reading.gauges[finger]
+                && !*reported
+            {
+                *reported = true;
+                events.add(Event::Fault {
+                    fault: fault.into(),
+                    finger: Some(finger as u8),
+                });
             }
         }
     }

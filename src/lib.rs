@@ -23,10 +23,14 @@ pub mod settings;
 pub mod table;
 pub mod units;
 
+pub mod scan;
+
 pub mod condition;
 pub mod estimate;
 
 pub mod detect;
+
+pub mod inputs;
 
 pub mod grasp;
 

@@ -105,8 +105,7 @@ impl Regulator {
             .is_some_and(|expected| (self.setpoint - expected).abs() < STEADY_KPA);
         if !saturated && steady && error.abs() < FOLLOWING_KPA {
             self.trim = (self.trim + INTEGRAL_PER_S * error * TICK_US as f32 * 1e-6)
-                .max(-TRIM_LIMIT_KPA)
-                .min(TRIM_LIMIT_KPA);
+                .clamp(-TRIM_LIMIT_KPA, TRIM_LIMIT_KPA);
         }
         if self.setpoint <= 0.0 {
             self.trim = 0.0;

@@ -21,12 +21,17 @@ impl Rubber {
     /// a soft silicone. Five times more lowers the curvature by 3–8 %.
     pub const PENALTY_PA: f64 = 20e6;
 
-    /// A rubber of which only Young's modulus is known, Pa: neo-Hookean, `C₁ = E/6`.
-    pub fn from_youngs_modulus(youngs_modulus_pa: f64) -> Self {
+    /// A rubber that is given as incompressible, by Yeoh's constants, Pa.
+    pub fn incompressible(yeoh_pa: [f64; 3]) -> Self {
         Self {
-            yeoh_pa: [youngs_modulus_pa / 6.0, 0.0, 0.0],
+            yeoh_pa,
             bulk_modulus_pa: Self::PENALTY_PA,
         }
+    }
+
+    /// A rubber of which only Young's modulus is known, Pa: neo-Hookean, `C₁ = E/6`.
+    pub fn from_youngs_modulus(youngs_modulus_pa: f64) -> Self {
+        Self::incompressible([youngs_modulus_pa / 6.0, 0.0, 0.0])
     }
 
     /// Young's modulus at small strain if incompressible, `E = 6C₁`, Pa.

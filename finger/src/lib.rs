@@ -6,11 +6,19 @@
 #![forbid(unsafe_code)]
 
 mod bordered;
+pub mod capability;
 pub mod chain;
+pub mod contact;
 pub mod cubic;
+pub mod curve;
+pub mod geometry;
 pub mod hyperelastic;
+pub mod links;
 pub mod mesh;
+pub mod model;
+mod object;
 pub mod recipe;
 pub mod section;
+pub mod stiffness;
 pub mod table;
 pub mod yeoh;

@@ -295,11 +295,11 @@ mod tests {
         for (phase, position) in stations {
             let state = profile.at(profile.start_s(phase));
             assert_eq!(state.phase, phase);
-            for axis in 0..3 {
-                assert!((state.position_m[axis] - position[axis]).abs() < 1e-12);
-                assert_eq!(state.velocity_m_s[axis], 0.0);
-                assert_eq!(state.acceleration_m_s2[axis], 0.0);
+            for (is, expected) in state.position_m.iter().zip(position) {
+                assert!((is - expected).abs() < 1e-12);
             }
+            assert_eq!(state.velocity_m_s, [0.0; 3]);
+            assert_eq!(state.acceleration_m_s2, [0.0; 3]);
         }
         assert_eq!(profile.at(-1.0), profile.at(0.0));
         assert_eq!(profile.at(1e3).phase, Phase::Done);

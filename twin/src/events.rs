@@ -15,11 +15,13 @@ pub struct TimedEvent {
 impl TimedEvent {
     /// `{"t_s", "event", …}`; fingers count from 1.
     pub fn json(&self) -> Value {
-        let mut value = json!({"t_s": self.t_s, "event": name(&self.event)});
+        let mut value = json!({"t_s": round(self.t_s, 6), "event": name(&self.event)});
         match self.event {
             Event::Contact { finger } => value["finger"] = json!(finger + 1),
-            Event::Slip { rate } => value["rate_per_s"] = json!(rate),
-            Event::Lost { onset } => value["onset_s"] = json!(onset.micros() as f64 * 1e-6),
+            Event::Slip { rate } => value["rate_per_s"] = json!(round(rate.into(), 4)),
+            Event::Lost { onset } => {
+                value["onset_s"] = json!(round(onset.micros() as f64 * 1e-6, 6))
+            }
             Event::Fault { fault, finger } => {
                 value["code"] = json!(fault.code());
                 value["fault"] = json!(format!("{fault:?}"));
@@ -67,6 +69,11 @@ impl TimedEvent {
             Event::Acknowledged => "acknowledged".into(),
         }
     }
+}
+
+/// The float nearest to `x` with so many decimals, so that JSON shows 1.234 and not 1.2340000000000002.
+pub fn round(x: f64, decimals: usize) -> f64 {
+    format!("{x:.decimals$}").parse().unwrap_or(x)
 }
 
 /// The event's name on every wire.

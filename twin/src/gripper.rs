@@ -24,7 +24,7 @@ pub struct Hand {
     pub palm_radius_mm: f64,
     pub link_radius_mm: f64,
     pub first_finger_deg: f64,
-    pub bending_lag_ms: f64,
+    pub damping_ms: f64,
     pub inflation_lag_ms: f64,
 }
 

@@ -17,3 +17,10 @@ pub mod plant;
 
 pub mod events;
 pub mod sim;
+
+pub mod files;
+pub mod plot;
+pub mod replay;
+pub mod report;
+pub mod table;
+pub mod trace;

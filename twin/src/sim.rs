@@ -11,7 +11,7 @@ use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
 
 use crate::arm::Phase;
-use crate::events::TimedEvent;
+use crate::events::{TimedEvent, round};
 use crate::gripper::Gripper;
 use crate::plant::{Plant, Truth};
 use crate::scenario::Scenario;
@@ -239,8 +239,6 @@ impl Run {
     /// One object per run. Times count from the start of the run.
     pub fn json(&self) -> Value {
         let scenario = &self.scenario;
-        // Whole microseconds, so that sums of floats do not print as 1.2340000000000002.
-        let round = |s: Option<f64>| s.map(|s| (1e6 * s).round() * 1e-6).map(tidy);
         json!({
             "object": scenario.object,
             "mass_kg": scenario.mass_kg,
@@ -250,17 +248,12 @@ impl Run {
             "noise_ue": scenario.noise_ue,
             "seed": scenario.seed,
             "outcome": self.outcome.name(),
-            "slid_at_s": round(self.slid_at_s),
-            "collapse_at_s": round(self.collapse_at_s),
-            "flagged_at_s": round(self.flagged_at_s),
-            "latency_ms": self.latency_ms().map(|ms| tidy((1e3 * ms).round() * 1e-3)),
+            "slid_at_s": self.slid_at_s.map(|s| round(s, 6)),
+            "collapse_at_s": self.collapse_at_s.map(|s| round(s, 6)),
+            "flagged_at_s": self.flagged_at_s.map(|s| round(s, 6)),
+            "latency_ms": self.latency_ms().map(|ms| round(ms, 3)),
             "events": self.events.iter().map(TimedEvent::json).collect::<Vec<_>>(),
-            "realtime_factor": tidy((10.0 * self.realtime_factor).round() / 10.0),
+            "realtime_factor": round(self.realtime_factor, 1),
         })
     }
-}
-
-/// The float nearest to `x` with nine decimals.
-fn tidy(x: f64) -> f64 {
-    format!("{x:.9}").parse().unwrap_or(x)
 }

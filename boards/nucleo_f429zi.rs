@@ -1,0 +1,295 @@
+//! NUCLEO-F429ZI (MB1137): pins, clocks, converters. The wiring stands in `boards/README.md`; pin names
+//! in brackets are those of the board's Zio and Arduino headers (UM1974, table 17).
+
+use embassy_executor::SendSpawner;
+use embassy_stm32::adc::{Adc, AdcChannel, CONTINUOUS, Exten, RingBufferedAdc, SampleTime};
+use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::peripherals::{ADC1, DMA2_CH0, IWDG, PA3, PB1, PC0, PC2, PC3};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
+};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Config, Peri, bind_interrupts, dma, interrupt, pac};
+use softgrip::RawFrame;
+use softgrip::frontend::FrontEnd;
+use softgrip::inputs::Levels;
+use softgrip::scan::{self, CHANNELS};
+use softgrip::telemetry::Indicators;
+use softgrip::units::DacCode;
+
+use crate::links::HIGH_PRIORITY;
+
+pub const NAME: &str = "NUCLEO-F429ZI";
+
+/// What one code means. Another amplifier or divider: another constant here.
+pub const FRONT_END: FrontEnd = FrontEnd::REFERENCE;
+
+/// No pressure.
+const SAFE: DacCode = DacCode(0);
+
+/// The watchdog's own clock is good for 17 to 47 kHz (DS9405, LSI characteristics), so a nominal
+/// 100 ms are 68 to 188 ms; it is fed every 20 ms.
+const WATCHDOG_US: u32 = 100_000;
+
+/// Samples in the transfer's ring: 32 scans are 3.5 ms, so a tick may be late by two.
+const RING: usize = 32 * CHANNELS;
+/// Samples looked at in one tick: a scan takes 109 µs, so there are nine or ten scans of them.
+const BATCH: usize = 16 * CHANNELS;
+
+bind_interrupts!(struct Interrupts {
+    DMA2_STREAM0 => dma::InterruptHandler<DMA2_CH0>;
+});
+
+/// The hardware, as the control task uses it.
+pub struct Board {
+    pub converter: Converter,
+    pub regulator: Regulator,
+    pub inputs: InputPins,
+    pub indicators: IndicatorPins,
+    pub watchdog: IndependentWatchdog<'static, IWDG>,
+}
+
+/// Starts clocks and drivers. The output is safe before and after.
+pub fn init() -> Board {
+    let mut config = Config::default();
+    // 8 MHz from the ST-LINK's MCO (UM1974, section 6.7.1) / 4 × 180 / 2 = 180 MHz.
+    config.rcc.hse = Some(Hse {
+        freq: Hertz::mhz(8),
+        mode: HseMode::Bypass,
+    });
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll = Some(Pll {
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL180,
+        divp: Some(PllPDiv::DIV2),
+        divq: None,
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    // Their limits are 45 and 90 MHz.
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    let p = embassy_stm32::init(config);
+    // Setting up the ports has reset them.
+    safe_output();
+
+    let input = Pull::Up;
+    let (off, slow) = (Level::Low, Speed::Low);
+    Board {
+        converter: Converter {
+            adc: p.ADC1,
+            dma: p.DMA2_CH0,
+            gauge_1: p.PA3,
+            gauge_2: p.PC0,
+            gauge_3: p.PC3,
+            monitor: p.PC2,
+            supply: p.PB1,
+            ring: [0; RING],
+        },
+        regulator: Regulator(()),
+        inputs: InputPins {
+            grip: Input::new(p.PF15, input),
+            release: Input::new(p.PF14, input),
+            stop: Input::new(p.PF13, input),
+            acknowledge: Input::new(p.PF12, input),
+        },
+        indicators: IndicatorPins {
+            ready: Output::new(p.PE13, off, slow),
+            holding: Output::new(p.PE11, off, slow),
+            lost: Output::new(p.PE9, off, slow),
+            fault: Output::new(p.PD15, off, slow),
+            green: Output::new(p.PB0, off, slow),
+            blue: Output::new(p.PB7, off, slow),
+            red: Output::new(p.PB14, off, slow),
+        },
+        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG_US),
+    }
+}
+
+/// The executor of the control task, above the thread's and below the drivers' interrupts. UART5 is
+/// not used, and its interrupt is.
+pub fn high_priority() -> SendSpawner {
+    interrupt::UART5.set_priority(Priority::P6);
+    HIGH_PRIORITY.start(interrupt::UART5)
+}
+
+// SAFETY: the name gives it the place of UART5's handler in the vector table.
+#[interrupt]
+unsafe fn UART5() {
+    // SAFETY: called from this handler alone, which `start` enables once the executor is there.
+    unsafe { HIGH_PRIORITY.on_interrupt() }
+}
+
+/// Puts the regulator's command to zero by register, whatever state the chip and its drivers are in:
+/// at start-up, from a panic, from a fault.
+pub fn safe_output() {
+    pac::RCC.ahb1enr().modify(|w| w.set_gpioaen(true));
+    pac::RCC.apb1enr().modify(|w| w.set_dacen(true));
+    // A clock is there two cycles after it was enabled (ES0206, section 2.2.6); a read takes longer.
+    pac::RCC.apb1enr().read();
+    pac::GPIOA
+        .moder()
+        .modify(|w| w.set_moder(4, pac::gpio::vals::Moder::ANALOG));
+    write_dac(SAFE);
+    pac::DAC1.cr().modify(|w| {
+        // Unbuffered: the buffer does not go below 0.2 V (DS9405, DAC characteristics), 13 kPa here.
+        w.set_boff(0, true);
+        w.set_ten(0, false);
+        w.set_en(0, true);
+    });
+}
+
+fn write_dac(code: DacCode) {
+    pac::DAC1.dhr12r(0).write(|w| w.set_dhr(code.0));
+}
+
+/// Why the chip has started.
+#[derive(Clone, Copy, defmt::Format)]
+pub enum ResetReason {
+    PowerOn,
+    BrownOut,
+    Pin,
+    Software,
+    Watchdog,
+    Other,
+}
+
+/// Reads the reset flags and clears them for the next time.
+pub fn reset_reason() -> ResetReason {
+    let flags = pac::RCC.csr().read();
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    // Every reset shows at the pin as well, and power-on as brown-out (RM0090, section 6.3.21).
+    if flags.wdgrstf() || flags.wwdgrstf() {
+        ResetReason::Watchdog
+    } else if flags.sftrstf() {
+        ResetReason::Software
+    } else if flags.porrstf() {
+        ResetReason::PowerOn
+    } else if flags.borrstf() {
+        ResetReason::BrownOut
+    } else if flags.padrstf() {
+        ResetReason::Pin
+    } else {
+        ResetReason::Other
+    }
+}
+
+/// ADC1 with its transfer, free-running over all channels.
+pub struct Converter {
+    adc: Peri<'static, ADC1>,
+    dma: Peri<'static, DMA2_CH0>,
+    /// [A0]
+    gauge_1: Peri<'static, PA3>,
+    /// [A1]
+    gauge_2: Peri<'static, PC0>,
+    /// [A2]
+    gauge_3: Peri<'static, PC3>,
+    /// [A7]
+    monitor: Peri<'static, PC2>,
+    /// [A6]
+    supply: Peri<'static, PB1>,
+    ring: [u16; RING],
+}
+
+impl Converter {
+    /// Starts at the first channel. Dropping the scan stops converter and transfer.
+    pub fn start(&mut self) -> Scan<'_> {
+        let channels = [
+            self.gauge_1.reborrow().degrade_adc(),
+            self.gauge_2.reborrow().degrade_adc(),
+            self.gauge_3.reborrow().degrade_adc(),
+            self.monitor.reborrow().degrade_adc(),
+            self.supply.reborrow().degrade_adc(),
+        ];
+        // 22.5 MHz, 480 cycles of sampling and 12 of conversion: 21.9 µs per channel.
+        let sequence = channels.map(|channel| (channel, SampleTime::CYCLES480));
+        let mut ring = Adc::new(self.adc.reborrow()).into_ring_buffered(
+            self.dma.reborrow(),
+            &mut self.ring,
+            Interrupts,
+            sequence.into_iter(),
+            CONTINUOUS,
+            Exten::DISABLED,
+        );
+        ring.start();
+        Scan(ring)
+    }
+}
+
+/// A running scan.
+pub struct Scan<'a>(RingBufferedAdc<'a, ADC1>);
+
+impl Scan<'_> {
+    /// The mean of what has been converted since the last call.
+    pub fn frame(&mut self) -> RawFrame {
+        let mut samples = [0; BATCH];
+        let count = self.0.read_latest(&mut samples);
+        let overrun = pac::ADC1.sr().read().ovr();
+        scan::average(samples.get(..count).unwrap_or_default(), overrun)
+    }
+}
+
+/// DAC1 channel 1 at PA4 [D24], set up by [`safe_output`]. Only [`init`] makes one.
+pub struct Regulator(());
+
+impl Regulator {
+    pub fn set(&mut self, code: DacCode) {
+        write_dac(code);
+    }
+}
+
+/// Optocouplers that pull a pin down while the robot applies 24 V.
+pub struct InputPins {
+    /// [D2]
+    grip: Input<'static>,
+    /// [D4]
+    release: Input<'static>,
+    /// [D7]
+    stop: Input<'static>,
+    /// [D8]
+    acknowledge: Input<'static>,
+}
+
+impl InputPins {
+    pub fn levels(&self) -> Levels {
+        Levels {
+            grip: self.grip.is_low(),
+            release: self.release.is_low(),
+            stop_closed: self.stop.is_low(),
+            acknowledge: self.acknowledge.is_low(),
+        }
+    }
+}
+
+/// Outputs to the robot, high is on, and the board's lamps.
+pub struct IndicatorPins {
+    /// [D3]
+    ready: Output<'static>,
+    /// [D5]
+    holding: Output<'static>,
+    /// [D6]
+    lost: Output<'static>,
+    /// [D9]
+    fault: Output<'static>,
+    /// LD1: ready.
+    green: Output<'static>,
+    /// LD2: holding.
+    blue: Output<'static>,
+    /// LD3: lost or fault.
+    red: Output<'static>,
+}
+
+impl IndicatorPins {
+    pub fn set(&mut self, on: Indicators) {
+        self.ready.set_level(on.ready.into());
+        self.holding.set_level(on.holding.into());
+        self.lost.set_level(on.lost.into());
+        self.fault.set_level(on.fault.into());
+        self.green.set_level(on.ready.into());
+        self.blue.set_level(on.holding.into());
+        self.red.set_level((on.lost || on.fault).into());
+    }
+}

@@ -1,0 +1,304 @@
+//! What the gripper can hold: the chain pressed against an object, and the mass that its friction carries.
+//!
+//! Statics, where the paper simulates: with the object on the gripper's axis, each finger comes to rest
+//! against it with friction used up at every contact, the object being about to slide towards the tips.
+//! Complementarity decides which links touch. The lift of that state carries `m (g + a)`.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::chain::LINKS;
+use crate::contact::{self, Contact};
+use crate::links;
+pub use crate::object::Object;
+use crate::object::Touch;
+
+/// Standard gravity, m/s².
+pub const GRAVITY_M_S2: f64 = 9.806_65;
+
+/// A gripper of three equal fingers at one pressure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grip {
+    /// Link lengths, m.
+    pub link_length_m: [f64; LINKS],
+    /// Joint stiffness, N·m/rad.
+    pub joint_stiffness_nm_per_rad: [f64; LINKS],
+    /// Angles of the free finger's joints at this pressure, rad.
+    pub free_angle_rad: [f64; LINKS],
+    /// Distance of the fingers' clamps from the gripper's axis, m.
+    pub palm_radius_m: f64,
+    /// Radius of the links, m.
+    pub link_radius_m: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+/// The gripper at rest against an object that is about to slide.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hold {
+    /// Distance of the object's centre below the palm, m.
+    pub depth_m: f64,
+    /// Angles of a finger's joints, rad.
+    pub joint_angle_rad: [f64; LINKS],
+    /// The contacts of a finger that press, with their friction.
+    pub contacts: Vec<Contact>,
+    /// Their normal forces, N.
+    pub normal_n: Vec<f64>,
+    /// Force of the three fingers against gravity, N.
+    pub lift_n: f64,
+}
+
+/// Why a grip cannot be computed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum GripError {
+    /// A dimension is not a positive number.
+    #[error("{name} = {value}: must be positive")]
+    Dimension {
+        /// The dimension.
+        name: &'static str,
+        /// Its value, SI.
+        value: f64,
+    },
+    /// The object overlaps the straight fingers.
+    #[error("the object overlaps the open fingers by {:.3} mm", 1e3 * overlap_m)]
+    Overlap {
+        /// By how much, m.
+        overlap_m: f64,
+    },
+    /// No configuration of the fingers balances, or friction locks them.
+    #[error("no equilibrium of fingers and object {:.1} mm below the palm", 1e3 * depth_m)]
+    NoEquilibrium {
+        /// Distance of the object's centre below the palm, m.
+        depth_m: f64,
+    },
+}
+
+impl Hold {
+    /// The largest mass, kg, that the hold lifts at an upward acceleration, m/s².
+    pub fn max_mass_kg(&self, acceleration_m_s2: f64) -> f64 {
+        self.lift_n / (GRAVITY_M_S2 + acceleration_m_s2)
+    }
+}
+
+impl Grip {
+    /// Closes the fingers on an object with its centre `depth_m` below the palm.
+    ///
+    /// # Errors
+    /// [`GripError`], if a dimension is wrong, the object does not fit between the open fingers, or
+    /// nothing balances.
+    pub fn close(&self, object: Object, depth_m: f64) -> Result<Hold, GripError> {
+        self.check(object, depth_m)?;
+        self.settle(object, depth_m, [0.0; LINKS])
+    }
+
+    /// Lets the object slide from `depth_m` towards the tips, a millimetre at a time, and returns the hold of
+    /// largest lift on the way: an object heavier than the first hold carries may still come to rest there.
+    ///
+    /// # Errors
+    /// As [`Grip::close`].
+    pub fn strongest(&self, object: Object, depth_m: f64) -> Result<Hold, GripError> {
+        let mut hold = self.close(object, depth_m)?;
+        let mut strongest = hold.clone();
+        let reach: f64 = self.link_length_m.iter().sum();
+        while !hold.contacts.is_empty() && hold.depth_m < depth_m + reach {
+            match self.settle(object, hold.depth_m + 1e-3, hold.joint_angle_rad) {
+                Ok(next) => hold = next,
+                // Beyond the last equilibrium the object is gone.
+                Err(GripError::NoEquilibrium { .. }) => break,
+                Err(error) => return Err(error),
+            }
+            if hold.lift_n > strongest.lift_n {
+                strongest = hold.clone();
+            }
+        }
+        Ok(strongest)
+    }
+
+    fn check(&self, object: Object, depth_m: f64) -> Result<(), GripError> {
+        let (radius, height) = match object {
+            Object::Sphere { radius_m } => (radius_m, radius_m),
+            Object::Cylinder { radius_m, height_m } => (radius_m, height_m),
+        };
+        let mut dimensions = vec![
+            ("object radius", radius),
+            ("object height", height),
+            ("depth", depth_m),
+            ("palm radius", self.palm_radius_m),
+            ("link radius", self.link_radius_m),
+        ];
+        dimensions.extend(self.link_length_m.map(|length| ("link length", length)));
+        dimensions.extend(
+            self.joint_stiffness_nm_per_rad
+                .map(|k| ("joint stiffness", k)),
+        );
+        for (name, value) in dimensions {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(GripError::Dimension { name, value });
+            }
+        }
+        let overlap_m = radius + self.link_radius_m - self.palm_radius_m;
+        if overlap_m > 0.0 {
+            return Err(GripError::Overlap { overlap_m });
+        }
+        Ok(())
+    }
+
+    /// Moves the joints from `angle` to equilibrium, by linear complementarity at each step.
+    fn settle(
+        &self,
+        object: Object,
+        depth_m: f64,
+        mut angle: [f64; LINKS],
+    ) -> Result<Hold, GripError> {
+        // Steps short enough that no link jumps through an edge.
+        const LONGEST_STEP_RAD: f64 = 0.02;
+        for dbg in 0..2000 {
+            let joints = self.joints(&angle);
+            let touches =
+                object.touches([depth_m, self.palm_radius_m], &joints, self.link_radius_m);
+            let (step, normal) = self
+                .step(&angle, &joints, &touches)
+                .ok_or(GripError::NoEquilibrium { depth_m })?;
+            let longest = step
+                .iter()
+                .fold(0.0, |longest: f64, d| longest.max(d.abs()));
+            if dbg > 1990 && std::env::var("DBG").is_ok() {
+                println!(
+                    "{depth_m} {dbg} {longest:.3e} {:?}",
+                    touches
+                        .iter()
+                        .zip(&normal)
+                        .filter(|(t, n)| t.gap_m < 1e-3 || **n > 0.0)
+                        .map(|(t, n)| (
+                            t.contact.link,
+                            t.contact.point_m,
+                            t.contact.normal,
+                            t.gap_m,
+                            *n
+                        ))
+                        .collect::<Vec<_>>()
+                );
+            }
+            if longest < 1e-9 {
+                return Ok(self.hold(depth_m, angle, &touches, &normal));
+            }
+            let share = (LONGEST_STEP_RAD / longest).min(1.0);
+            for (angle, step) in angle.iter_mut().zip(step) {
+                *angle += share * step;
+            }
+        }
+        Err(GripError::NoEquilibrium { depth_m })
+    }
+
+    fn joints(&self, angle: &[f64; LINKS]) -> [[f64; 2]; LINKS + 1] {
+        let mut sum = 0.0;
+        let link_angle = angle.map(|angle| {
+            sum += angle;
+            sum
+        });
+        links::joints_m(&self.link_length_m, &link_angle)
+    }
+
+    /// Change of the angles, and normal forces, that close all gaps or leave them open, to first order.
+    fn step(
+        &self,
+        angle: &[f64; LINKS],
+        joints: &[[f64; 2]; LINKS + 1],
+        touches: &[Touch],
+    ) -> Option<([f64; LINKS], Vec<f64>)> {
+        let n = touches.len();
+        let lever = |touch: &Touch, joint: usize, direction: [f64; 2]| {
+            let Contact { link, point_m, .. } = touch.contact;
+            let moment = contact::moment(point_m, joints[joint], direction);
+            if joint <= link { moment } else { 0.0 }
+        };
+        let normal = DMatrix::from_fn(n, LINKS, |j, i| {
+            lever(&touches[j], i, touches[j].contact.normal)
+        });
+        let sliding = DMatrix::from_fn(n, LINKS, |j, i| {
+            let contact = Contact {
+                friction_n: -self.friction,
+                ..touches[j].contact
+            };
+            lever(&touches[j], i, contact.force_n(1.0)) / self.joint_stiffness_nm_per_rad[i]
+        });
+        let to_free = DVector::from_fn(LINKS, |i, _| self.free_angle_rad[i] - angle[i]);
+        let gaps = DVector::from_fn(n, |j, _| touches[j].gap_m) - &normal * &to_free;
+        let force = complementary(&(&normal * sliding.transpose()), &gaps)?;
+        let step = to_free - sliding.tr_mul(&force);
+        Some((
+            std::array::from_fn(|i| step[i]),
+            force.iter().copied().collect(),
+        ))
+    }
+
+    fn hold(&self, depth_m: f64, angle: [f64; LINKS], touches: &[Touch], normal: &[f64]) -> Hold {
+        let pressing = || {
+            touches
+                .iter()
+                .zip(normal)
+                .filter(|(_, normal)| **normal > 0.0)
+        };
+        let contacts: Vec<Contact> = pressing()
+            .map(|(touch, normal)| Contact {
+                friction_n: -self.friction * normal,
+                ..touch.contact
+            })
+            .collect();
+        let normal_n: Vec<f64> = pressing().map(|(_, normal)| *normal).collect();
+        Hold {
+            depth_m,
+            joint_angle_rad: angle,
+            lift_n: contact::lift_n(&contacts, &normal_n),
+            contacts,
+            normal_n,
+        }
+    }
+}
+
+/// `z ≥ 0` with `M z + q ≥ 0` and `z · (M z + q) = 0`, by Lemke's complementary pivoting (friction makes
+/// `M` unsymmetric); `None` if it ends on a ray.
+fn complementary(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<DVector<f64>> {
+    let n = q.len();
+    let mut z = DVector::zeros(n);
+    if q.iter().all(|q| *q >= 0.0) {
+        return Some(z);
+    }
+    // Columns: w, z, the artificial variable, right side; w − M z − artificial = q.
+    let (artificial, right) = (2 * n, 2 * n + 1);
+    let mut tableau = DMatrix::identity(n, 2 * n + 2);
+    tableau.view_mut((0, n), (n, n)).copy_from(&-m);
+    tableau.column_mut(artificial).fill(-1.0);
+    tableau.column_mut(right).copy_from(q);
+    let mut basis: Vec<usize> = (0..n).collect();
+    let mut row = q.imin();
+    let mut entering = artificial;
+    for _ in 0..100 * n {
+        let pivot = tableau[(row, entering)];
+        tableau.row_mut(row).unscale_mut(pivot);
+        let pivot_row = tableau.row(row).clone_owned();
+        for other in (0..n).filter(|other| *other != row) {
+            let factor = tableau[(other, entering)];
+            let mut changed = tableau.row_mut(other);
+            changed -= &pivot_row * factor;
+        }
+        let leaving = std::mem::replace(&mut basis[row], entering);
+        if leaving == artificial {
+            for (row, variable) in basis.into_iter().enumerate() {
+                if (n..2 * n).contains(&variable) {
+                    z[variable - n] = tableau[(row, right)].max(0.0);
+                }
+            }
+            return Some(z);
+        }
+        entering = (leaving + n) % (2 * n);
+        // The first variable to vanish leaves; of several, the artificial one, which ends the search.
+        row = (0..n)
+            .filter(|r| tableau[(*r, entering)] > 1e-12)
+            .min_by(|a, b| {
+                let ratio = |r: usize| tableau[(r, right)] / tableau[(r, entering)];
+                let last = |r: usize| basis[r] != artificial;
+                ratio(*a).total_cmp(&ratio(*b)).then(last(*a).cmp(&last(*b)))
+            })?;
+    }
+    None
+}

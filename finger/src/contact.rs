@@ -1,0 +1,169 @@
+//! Forces between the chain and an object at several contacts (eqs. 30–37, corrected).
+//!
+//! In the finger's plane, `x` along the unbent finger and `y` towards the object. Cutting the chain at each
+//! joint gives, for forces `F_j` of the finger on the object at `r_j` and joints at `A`,
+//!
+//! ```text
+//! k_i (φ_i − φ'_i) = Σ_{j ≥ i} (r_j − A_{i−1}) × F_j,    φ free, φ' held
+//! ```
+//!
+//! The paper subtracts only the next joint's torque, counts the next contact twice and leaves friction out.
+//! The links' weights (a few percent of the joints' torques) are left out here.
+
+use crate::chain::LINKS;
+use crate::links;
+
+/// Fingers of the gripper, evenly spaced around the object.
+pub const FINGERS: f64 = 3.0;
+
+/// A contact between a link and the object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// The link, counted from 0 at the clamp.
+    pub link: usize,
+    /// The point of contact `r`, m.
+    pub point_m: [f64; 2],
+    /// Unit normal into the object.
+    pub normal: [f64; 2],
+    /// Friction `f` of the finger on the object, N, along the normal turned towards the tip.
+    pub friction_n: f64,
+}
+
+/// What the finger does to the object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Balance {
+    /// Normal force of each contact, N, in the order in which the contacts were given.
+    pub normal_n: Vec<f64>,
+    /// Torque that each joint still lacks for equilibrium, N·m: zero at joints of links with a contact,
+    /// and at all of them if the held angles are an equilibrium.
+    pub missing_torque_nm: [f64; LINKS],
+}
+
+/// Why contacts cannot be balanced.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ContactError {
+    /// The chain has no such link.
+    #[error("contact on link {link}: links are 0 to {}", LINKS - 1)]
+    NoSuchLink {
+        /// The link asked for.
+        link: usize,
+    },
+    /// One joint cannot tell two contacts apart.
+    #[error("two contacts on link {link}: give one contact a link, in order from the clamp")]
+    Order {
+        /// The link of the second one.
+        link: usize,
+    },
+    /// The contact's normal passes through the joint.
+    #[error("the contact on link {link} has no lever about its joint")]
+    NoLever {
+        /// The link.
+        link: usize,
+    },
+    /// A contact cannot pull.
+    #[error("the contact on link {link} would have to pull with {:.3} N", -normal_n)]
+    Pulls {
+        /// The link.
+        link: usize,
+        /// The normal force that would balance, N.
+        normal_n: f64,
+    },
+}
+
+impl Contact {
+    /// Unit tangent: the normal turned by a right angle, towards the tip where the normal points inwards.
+    pub fn tangent(&self) -> [f64; 2] {
+        [self.normal[1], -self.normal[0]]
+    }
+
+    /// Force on the object, N, for a normal force.
+    pub fn force_n(&self, normal_n: f64) -> [f64; 2] {
+        let tangent = self.tangent();
+        [0, 1].map(|axis| normal_n * self.normal[axis] + self.friction_n * tangent[axis])
+    }
+}
+
+/// `(r − A) × d`, the moment about a joint at `a` of a force along `d` at `r`.
+pub(crate) fn moment(r: [f64; 2], a: [f64; 2], d: [f64; 2]) -> f64 {
+    (r[0] - a[0]) * d[1] - (r[1] - a[1]) * d[0]
+}
+
+/// Normal forces of contacts with known friction on a chain whose joints are held at
+/// `held_angle_rad` and would be at `free_angle_rad` without them; at most one contact a link, in order.
+///
+/// # Errors
+/// [`ContactError`], if the contacts are out of order, have no lever, or would have to pull.
+pub fn balance(
+    link_length_m: &[f64; LINKS],
+    joint_stiffness_nm_per_rad: &[f64; LINKS],
+    free_angle_rad: &[f64; LINKS],
+    held_angle_rad: &[f64; LINKS],
+    contacts: &[Contact],
+) -> Result<Balance, ContactError> {
+    let mut before = None;
+    for &Contact { link, .. } in contacts {
+        if link >= LINKS {
+            return Err(ContactError::NoSuchLink { link });
+        }
+        if before.is_some_and(|before| link <= before) {
+            return Err(ContactError::Order { link });
+        }
+        before = Some(link);
+    }
+    let mut sum = 0.0;
+    let link_angle = held_angle_rad.map(|angle| {
+        sum += angle;
+        sum
+    });
+    let joints = links::joints_m(link_length_m, &link_angle);
+    let mut missing_torque_nm = std::array::from_fn(|i| {
+        joint_stiffness_nm_per_rad[i] * (free_angle_rad[i] - held_angle_rad[i])
+    });
+    let mut normal_n = vec![0.0; contacts.len()];
+    // From the tip inwards each contact is the only unknown at its link's joint.
+    for (contact, normal_n) in contacts.iter().zip(&mut normal_n).rev() {
+        let link = contact.link;
+        let joint = joints[link];
+        let lever = moment(contact.point_m, joint, contact.normal);
+        if lever.abs() < 1e-6 * link_length_m[link] {
+            return Err(ContactError::NoLever { link });
+        }
+        let friction = contact.friction_n * moment(contact.point_m, joint, contact.tangent());
+        *normal_n = (missing_torque_nm[link] - friction) / lever;
+        if *normal_n < 0.0 {
+            return Err(ContactError::Pulls {
+                link,
+                normal_n: *normal_n,
+            });
+        }
+        let force = contact.force_n(*normal_n);
+        for (missing, &joint) in missing_torque_nm.iter_mut().zip(&joints).take(link + 1) {
+            *missing -= moment(contact.point_m, joint, force);
+        }
+    }
+    Ok(Balance {
+        normal_n,
+        missing_torque_nm,
+    })
+}
+
+/// Force of all fingers on the object along the gripper's axis, N, against gravity when the unbent fingers
+/// point down: `3 Σ (N n + f t)`, which carries `m (g + a)` (eq. 35; its horizontal row has no factor 3,
+/// because three evenly spaced radial forces cancel).
+pub fn lift_n(contacts: &[Contact], normal_n: &[f64]) -> f64 {
+    let down: f64 = contacts
+        .iter()
+        .zip(normal_n)
+        .map(|(contact, &normal)| contact.force_n(normal)[0])
+        .sum();
+    -FINGERS * down
+}
+
+/// Whether no contact slips: `|f_j| ≤ μ N_j` at each of them (eqs. 36–37, which sum over the contacts
+/// although one may slip while another has friction to spare).
+pub fn is_stable(contacts: &[Contact], normal_n: &[f64], friction: f64) -> bool {
+    contacts
+        .iter()
+        .zip(normal_n)
+        .all(|(contact, &normal)| contact.friction_n.abs() <= friction * normal)
+}

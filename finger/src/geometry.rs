@@ -1,0 +1,319 @@
+//! The finger along its length: sections, rubber, tip and root, and what follows without solving anything.
+
+use serde::Deserialize;
+
+use crate::chain::{Gauge, LINKS};
+use crate::hyperelastic::Rubber;
+use crate::links;
+use crate::section::Section;
+
+/// A finger given by its dimensions and its rubber, as a recipe holds it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    #[serde(rename = "kind")]
+    _kind: Kind,
+    /// The name that the recipe gives itself.
+    pub name: String,
+    /// The highest pressure that the model is asked for, kPa.
+    pub max_pressure_kpa: f64,
+    links: LinkPart,
+    section: SectionPart,
+    station: Vec<StationPart>,
+    bore: BorePart,
+    tip: TipPart,
+    root: RootPart,
+    rubber: RubberPart,
+    gauge: GaugePart,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Geometry,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LinkPart {
+    length_mm: [f64; LINKS],
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SectionPart {
+    flat_half_angle_deg: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StationPart {
+    at_mm: f64,
+    outer_radius_mm: f64,
+    bore_radius_mm: f64,
+    bore_offset_mm: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BorePart {
+    end_mm: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TipPart {
+    area_factor: f64,
+    inertia_factor: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RootPart {
+    free_length_mm: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RubberPart {
+    youngs_modulus_kpa: f64,
+    yeoh_mpa: Option<[f64; 3]>,
+    density_g_per_cm3: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GaugePart {
+    from_mm: f64,
+    to_mm: f64,
+    distance_mm: f64,
+}
+
+/// A value that no finger can have.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{field} = {value}: {expected}")]
+pub struct GeometryError {
+    /// The field, as a path in the recipe.
+    pub field: String,
+    /// Its value, in the recipe's unit.
+    pub value: f64,
+    /// What would be right.
+    pub expected: String,
+}
+
+/// A finger that has been checked, in SI units. Arc length `s` runs from the clamp to the tip.
+#[derive(Debug, Clone)]
+pub struct Geometry {
+    /// Lengths of the equivalent links, m.
+    pub link_length_m: [f64; LINKS],
+    /// Sections with their arc lengths, m, rising; linear between, constant beyond.
+    pub stations: Vec<(f64, Section)>,
+    /// Arc length where the bore ends, m; the tip beyond is solid.
+    pub bore_end_m: f64,
+    /// Area of the tip over that of the full outline: what chamfer and nail leave of the mass.
+    pub tip_area_factor: f64,
+    /// Second moment of the tip over that of the full outline: what the chamfer leaves of the stiffness.
+    pub tip_inertia_factor: f64,
+    /// Length inside the clamp that bends like the finger's root, m.
+    pub root_free_length_m: f64,
+    /// Young's modulus at small strain, Pa, for the joints' stiffness.
+    pub youngs_modulus_pa: f64,
+    /// The rubber at large strain, for the inflation.
+    pub rubber: Rubber,
+    /// Density, kg/m³.
+    pub density_kg_per_m3: f64,
+    /// Where the strain gauge is bonded.
+    pub gauge: Gauge,
+}
+
+impl Description {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`GeometryError`], which names the first wrong field and what would be right.
+    pub fn check(&self) -> Result<Geometry, GeometryError> {
+        within("max_pressure_kpa", self.max_pressure_kpa, 1.0, 1000.0)?;
+        for (i, &length) in self.links.length_mm.iter().enumerate() {
+            within(&format!("links.length_mm[{i}]"), length, 0.1, 500.0)?;
+        }
+        let length: f64 = self.links.length_mm.iter().sum();
+        within("bore.end_mm", self.bore.end_mm, 0.1, length)?;
+        within("tip.area_factor", self.tip.area_factor, 0.01, 10.0)?;
+        within("tip.inertia_factor", self.tip.inertia_factor, 0.01, 10.0)?;
+        let free = self.root.free_length_mm;
+        within("root.free_length_mm", free, 0.0, length)?;
+        let rubber = &self.rubber;
+        let modulus = rubber.youngs_modulus_kpa;
+        within("rubber.youngs_modulus_kpa", modulus, 10.0, 100_000.0)?;
+        let density = rubber.density_g_per_cm3;
+        within("rubber.density_g_per_cm3", density, 0.1, 10.0)?;
+        if let Some([c1, c2, c3]) = rubber.yeoh_mpa {
+            within("rubber.yeoh_mpa[0]", c1, 0.001, 1.0)?;
+            within("rubber.yeoh_mpa[1]", c2, -1.0, 1.0)?;
+            within("rubber.yeoh_mpa[2]", c3, 0.0, 1.0)?;
+        }
+        let gauge = &self.gauge;
+        within("gauge.from_mm", gauge.from_mm, 0.0, length)?;
+        within("gauge.to_mm", gauge.to_mm, 0.0, length)?;
+        within("gauge.distance_mm", gauge.distance_mm, 0.01, 50.0)?;
+        if gauge.to_mm <= gauge.from_mm {
+            let expected = format!("must lie beyond gauge.from_mm, {} mm", gauge.from_mm);
+            return Err(wrong("gauge.to_mm", gauge.to_mm, expected));
+        }
+        let mpa = |c: [f64; 3]| c.map(|mpa| 1e6 * mpa);
+        Ok(Geometry {
+            link_length_m: self.links.length_mm.map(|mm| 1e-3 * mm),
+            stations: self.stations(length)?,
+            bore_end_m: 1e-3 * self.bore.end_mm,
+            tip_area_factor: self.tip.area_factor,
+            tip_inertia_factor: self.tip.inertia_factor,
+            root_free_length_m: 1e-3 * free,
+            youngs_modulus_pa: 1e3 * modulus,
+            rubber: match rubber.yeoh_mpa {
+                Some(constants) => Rubber::incompressible(mpa(constants)),
+                None => Rubber::from_youngs_modulus(1e3 * modulus),
+            },
+            density_kg_per_m3: 1e3 * density,
+            gauge: Gauge {
+                from_m: 1e-3 * gauge.from_mm,
+                to_m: 1e-3 * gauge.to_mm,
+                distance_m: 1e-3 * gauge.distance_mm,
+            },
+        })
+    }
+
+    fn stations(&self, length_mm: f64) -> Result<Vec<(f64, Section)>, GeometryError> {
+        let angle = self.section.flat_half_angle_deg;
+        within("section.flat_half_angle_deg", angle, 0.0, 89.0)?;
+        if self.station.is_empty() {
+            let expected = "needs at least one [[station]] with its radii and offset";
+            return Err(wrong("station", 0.0, expected.into()));
+        }
+        let mut stations: Vec<(f64, Section)> = Vec::with_capacity(self.station.len());
+        for (k, part) in self.station.iter().enumerate() {
+            let field = |name: &str| format!("station[{k}].{name}");
+            within(&field("at_mm"), part.at_mm, 0.0, length_mm)?;
+            let at_m = 1e-3 * part.at_mm;
+            if let Some(&(before, _)) = stations.last().filter(|(before, _)| at_m <= *before) {
+                let expected =
+                    format!("must lie beyond the station before it, {} mm", 1e3 * before);
+                return Err(wrong(&field("at_mm"), part.at_mm, expected));
+            }
+            let outer = part.outer_radius_mm;
+            within(&field("outer_radius_mm"), outer, 0.5, 100.0)?;
+            within(&field("bore_radius_mm"), part.bore_radius_mm, 0.1, outer)?;
+            within(&field("bore_offset_mm"), part.bore_offset_mm, 0.0, outer)?;
+            let section = Section {
+                outer_radius_m: 1e-3 * outer,
+                bore_radius_m: 1e-3 * part.bore_radius_mm,
+                bore_offset_m: 1e-3 * part.bore_offset_mm,
+                flat_half_angle_rad: angle.to_radians(),
+            };
+            section.check().map_err(|error| {
+                wrong(
+                    &field("bore_radius_mm"),
+                    part.bore_radius_mm,
+                    error.to_string(),
+                )
+            })?;
+            stations.push((at_m, section));
+        }
+        Ok(stations)
+    }
+}
+
+fn wrong(field: &str, value: f64, expected: String) -> GeometryError {
+    GeometryError {
+        field: field.to_string(),
+        value,
+        expected,
+    }
+}
+
+fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), GeometryError> {
+    // A NaN is in no range, so it fails here too.
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(wrong(
+            field,
+            value,
+            format!("must lie within {low} and {high}"),
+        ))
+    }
+}
+
+impl Geometry {
+    /// Length of the finger, m.
+    pub fn length_m(&self) -> f64 {
+        self.link_length_m.iter().sum()
+    }
+
+    /// The section at `s`, m, as if the bore went on to the tip.
+    pub fn section(&self, s: f64) -> Section {
+        let after = self.stations.partition_point(|(at, _)| *at <= s);
+        if after == 0 || after == self.stations.len() {
+            return self.stations[after.saturating_sub(1)].1;
+        }
+        let ((from, a), (to, b)) = (self.stations[after - 1], self.stations[after]);
+        let t = (s - from) / (to - from);
+        let mix = |a: f64, b: f64| a + t * (b - a);
+        Section {
+            outer_radius_m: mix(a.outer_radius_m, b.outer_radius_m),
+            bore_radius_m: mix(a.bore_radius_m, b.bore_radius_m),
+            bore_offset_m: mix(a.bore_offset_m, b.bore_offset_m),
+            flat_half_angle_rad: a.flat_half_angle_rad,
+        }
+    }
+
+    /// Area of rubber at `s`, m².
+    pub fn area_m2(&self, s: f64) -> f64 {
+        if s < self.bore_end_m {
+            self.section(s).area_m2()
+        } else {
+            self.tip_area_factor * self.section(s).solid().area_m2()
+        }
+    }
+
+    /// Bending stiffness `E I(s)` at small strain, N·m².
+    pub fn bending_stiffness_nm2(&self, s: f64) -> f64 {
+        let moment = if s < self.bore_end_m {
+            self.section(s).second_moment_m4()
+        } else {
+            self.tip_inertia_factor * self.section(s).solid().second_moment_m4()
+        };
+        self.youngs_modulus_pa * moment
+    }
+
+    /// Arc lengths where the sections are not smooth, and the tip, rising, m.
+    pub fn breaks_m(&self) -> Vec<f64> {
+        let mut breaks: Vec<f64> = self.stations.iter().map(|(at, _)| *at).collect();
+        breaks.extend([self.bore_end_m, self.length_m()]);
+        breaks.retain(|s| *s > 0.0);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        breaks
+    }
+
+    /// Mass of each link, kg (table 1): the rubber between its joints.
+    pub fn link_masses_kg(&self) -> [f64; LINKS] {
+        let middles = links::midpoints_m(&self.link_length_m);
+        std::array::from_fn(|i| {
+            let half = self.link_length_m[i] / 2.0;
+            let mut joint = middles[i] - half;
+            let end = middles[i] + half;
+            let mut volume = 0.0;
+            for to in self.breaks_m().into_iter().chain([end]) {
+                let to = to.clamp(joint, end);
+                // Simpson's rule: areas are quadratic between breaks.
+                let inner = |share: f64| self.area_m2(joint + share * (to - joint));
+                // The ends are asked for just inside, because the bore stops at one of them.
+                let inside = 1e-9;
+                let sum = inner(inside) + 4.0 * inner(0.5) + inner(1.0 - inside);
+                volume += sum * (to - joint) / 6.0;
+                joint = to;
+            }
+            self.density_kg_per_m3 * volume
+        })
+    }
+}

@@ -1,0 +1,150 @@
+//! From a finger's geometry to its equivalent chain at given pressures.
+
+use crate::chain::LINKS;
+use crate::curve::{self, Curve, CurveError};
+use crate::geometry::Geometry;
+use crate::links;
+use crate::mesh::MeshSize;
+use crate::stiffness::{self, VIRTUAL_FORCE_N};
+use crate::yeoh::{Inflated, InflationError, SectionModel};
+
+/// Sections are solved at most this far apart, m, and curvature is linear between them: on the tapers of
+/// `recipes/rtv225.toml` that is good for 0.1 % of the tip angle.
+const SPACING_M: f64 = 11.5e-3;
+
+/// Why a finger has no chain.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// A section cannot be inflated as far as asked.
+    #[error("at {:.1} mm from the clamp: {source}", 1e3 * arc_m)]
+    Inflation {
+        /// Where, m from the clamp.
+        arc_m: f64,
+        /// Why.
+        source: InflationError,
+    },
+    /// The virtual load gives no shape.
+    #[error("virtual loading: {0}")]
+    Stiffness(#[from] CurveError),
+}
+
+/// The free finger at one pressure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bend {
+    /// Inner pressure, kPa.
+    pub pressure_kpa: f64,
+    /// Curvature `κ` at each of [`Solved::arc_m`], rad per undeformed metre.
+    pub curvature_per_m: Vec<f64>,
+    /// Mean stretch along the finger there.
+    pub stretch: Vec<f64>,
+    /// The centreline. Like the links, and like the paper's beam, it keeps its length.
+    pub curve: Curve,
+    /// Angle `φ_i` of each joint, rad; its torque is `T_i = k_i φ_i` (eq. 24).
+    pub joint_angle_rad: [f64; LINKS],
+}
+
+/// A finger as an equivalent chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solved {
+    /// Link lengths, m.
+    pub link_length_m: [f64; LINKS],
+    /// Link masses, kg.
+    pub link_mass_kg: [f64; LINKS],
+    /// Stiffness `k_i` of each joint, N·m/rad.
+    pub joint_stiffness_nm_per_rad: [f64; LINKS],
+    /// Arc lengths of the sections that were solved, from the clamp to the end of the bore, m.
+    pub arc_m: Vec<f64>,
+    /// One for each pressure asked for.
+    pub bends: Vec<Bend>,
+}
+
+impl Geometry {
+    /// Solves the finger at `pressures_kpa`, in rising order.
+    ///
+    /// # Errors
+    /// [`ModelError`]: a section balloons below the highest pressure, pressures do not rise, or the
+    /// stiffness along the finger is not positive.
+    pub fn solve(&self, pressures_kpa: &[f64]) -> Result<Solved, ModelError> {
+        let arc_m = self.solved_sections_m();
+        let sections = self.inflate(&arc_m, pressures_kpa)?;
+        let grid = curve::grid(&self.breaks_m());
+        let joint_stiffness_nm_per_rad =
+            stiffness::virtual_loading(grid.clone(), &self.link_length_m, VIRTUAL_FORCE_N, |s| {
+                self.bending_stiffness_nm2(s)
+            })?;
+        let bend = |(k, &pressure_kpa): (usize, &f64)| {
+            let of = |value: fn(&Inflated) -> f64| -> Vec<f64> {
+                sections.iter().map(|states| value(&states[k])).collect()
+            };
+            let curvature_per_m = of(|state| state.curvature_per_m);
+            let clamp_angle = curvature_per_m[0] * self.root_free_length_m;
+            let curve = Curve::from_curvature(grid.clone(), clamp_angle, |s| {
+                linear(&arc_m, &curvature_per_m, s)
+            });
+            let link_angle = links::link_angles_rad(&curve, &self.link_length_m);
+            Bend {
+                pressure_kpa,
+                stretch: of(|state| state.stretch),
+                joint_angle_rad: links::joint_angles_rad(&link_angle),
+                curvature_per_m,
+                curve,
+            }
+        };
+        Ok(Solved {
+            link_length_m: self.link_length_m,
+            link_mass_kg: self.link_masses_kg(),
+            joint_stiffness_nm_per_rad,
+            bends: pressures_kpa.iter().enumerate().map(bend).collect(),
+            arc_m,
+        })
+    }
+
+    fn solved_sections_m(&self) -> Vec<f64> {
+        let mut arc = vec![0.0];
+        let mut from = 0.0;
+        for to in self.breaks_m() {
+            let to = f64::min(to, self.bore_end_m);
+            let n = ((to - from) / SPACING_M).ceil();
+            arc.extend((1..=n as usize).map(|i| from + (to - from) * i as f64 / n));
+            from = to;
+        }
+        arc
+    }
+
+    /// Inflates the sections at `arc_m`, side by side.
+    fn inflate(
+        &self,
+        arc_m: &[f64],
+        pressures_kpa: &[f64],
+    ) -> Result<Vec<Vec<Inflated>>, ModelError> {
+        let pressures_pa: Vec<f64> = pressures_kpa.iter().map(|kpa| 1e3 * kpa).collect();
+        let inflate = |arc_m: f64| {
+            SectionModel::new(&self.section(arc_m), self.rubber, MeshSize::STANDARD)
+                .and_then(|model| model.inflate(&pressures_pa))
+                .map_err(|source| ModelError::Inflation { arc_m, source })
+        };
+        std::thread::scope(|scope| {
+            let threads: Vec<_> = arc_m
+                .iter()
+                .map(|&s| scope.spawn(move || inflate(s)))
+                .collect();
+            threads
+                .into_iter()
+                .map(|thread| match thread.join() {
+                    Ok(states) => states,
+                    Err(panic) => std::panic::resume_unwind(panic),
+                })
+                .collect()
+        })
+    }
+}
+
+/// Linear interpolation of `y` over `x`, and zero beyond: past the bore nothing bends.
+fn linear(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let after = x.partition_point(|&x| x <= at);
+    if after == 0 || after == x.len() {
+        return 0.0;
+    }
+    let t = (at - x[after - 1]) / (x[after] - x[after - 1]);
+    y[after - 1] + t * (y[after] - y[after - 1])
+}

@@ -1,0 +1,66 @@
+//! Converter samples of one tick → one frame.
+
+use crate::FINGERS;
+use crate::condition::RawFrame;
+use crate::units::AdcCode;
+
+/// Channels of one scan, in this order: a gauge per finger, the pressure monitor, the supply.
+pub const CHANNELS: usize = FINGERS + 2;
+
+/// Averages 12-bit samples of whole scans, oldest first. Up to some thousand scans fit.
+pub fn average(samples: &[u16], overrun: bool) -> RawFrame {
+    let (scans, _) = samples.as_chunks::<CHANNELS>();
+    let mut sums = [0u32; CHANNELS];
+    for scan in scans {
+        for (sum, &sample) in sums.iter_mut().zip(scan) {
+            *sum += u32::from(sample);
+        }
+    }
+    let count = scans.len() as u32;
+    let [gauge_1, gauge_2, gauge_3, monitor, supply] = sums.map(|sum| mean(sum, count));
+    RawFrame {
+        gauges: [gauge_1, gauge_2, gauge_3],
+        monitor,
+        supply,
+        scans: count as u16,
+        overrun,
+    }
+}
+
+/// Rounded, and left-aligned to 16 bits: times 16 before the division keeps the fraction.
+fn mean(sum: u32, count: u32) -> AdcCode {
+    let code = (16 * sum + count / 2).checked_div(count).unwrap_or(0);
+    AdcCode(u16::try_from(code).unwrap_or(u16::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_keeps_its_fraction() {
+        let frame = average(&[1, 2, 3, 4, 4095, 2, 2, 4, 4, 4095], false);
+        assert_eq!(
+            frame,
+            RawFrame {
+                gauges: [AdcCode(24), AdcCode(32), AdcCode(56)],
+                monitor: AdcCode(64),
+                supply: AdcCode(65_520),
+                scans: 2,
+                overrun: false,
+            }
+        );
+    }
+
+    #[test]
+    fn no_samples_are_no_scans() {
+        assert_eq!(average(&[], false).scans, 0);
+    }
+
+    #[test]
+    fn an_unfinished_scan_is_left_out() {
+        let frame = average(&[7, 7, 7, 7, 7, 4095, 4095], true);
+        assert_eq!(frame.gauges, [AdcCode(112); FINGERS]);
+        assert_eq!((frame.scans, frame.overrun), (1, true));
+    }
+}

@@ -1,0 +1,185 @@
+//! A gripper without physics: air that lags, fingers that follow the table, an object that takes a
+//! share of their bend, and everything that can break.
+
+use softgrip::condition::RawFrame;
+use softgrip::frontend::FrontEnd;
+use softgrip::settings::Settings;
+use softgrip::table::FINGER;
+use softgrip::telemetry::Event;
+use softgrip::units::{AdcCode, DacCode, Instant, Kilopascals, Microstrain, Volts};
+use softgrip::{Command, Controller, Grip, Outputs};
+
+const FE: FrontEnd = FrontEnd::REFERENCE;
+/// Pressure at which the free fingers would meet the object, kPa.
+const TOUCH_KPA: f32 = 60.0;
+
+/// What is wrong with one gauge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GaugeState {
+    Good,
+    Open,
+    Short,
+    /// Shows this code for ever.
+    Stuck(AdcCode),
+}
+
+/// The board, the air and the fingers.
+pub struct MockBoard {
+    pub controller: Controller,
+    /// Share of the object's grip on each finger: 1 is held, 0 is free.
+    pub grip: [f32; 3],
+    pub gauges: [GaugeState; 3],
+    /// Gauge noise, uniform, ± µε.
+    pub noise_ue: f32,
+    /// The supply line leaks: pressure never gets above this.
+    pub leak_kpa: f32,
+    /// The valve no longer moves.
+    pub valve_stuck: bool,
+    /// The converter delivers nothing.
+    pub late: bool,
+    pub supply_v: f32,
+    pub now_us: u64,
+    /// Everything reported, with its time in ms.
+    pub events: Vec<(u64, Event)>,
+    pub last: Option<Outputs>,
+    valve_kpa: f32,
+    pub pressure_kpa: f32,
+    inflated_kpa: f32,
+    bend: [f32; 2],
+    dac: DacCode,
+    random: u32,
+}
+
+impl MockBoard {
+    pub fn new(settings: Settings) -> Self {
+        let active = settings
+            .validate(&FE, &FINGER)
+            .expect("the test's settings are valid");
+        Self {
+            controller: Controller::new(&FINGER, active),
+            grip: [0.0; 3],
+            gauges: [GaugeState::Good; 3],
+            noise_ue: 30.0,
+            leak_kpa: f32::MAX,
+            valve_stuck: false,
+            late: false,
+            supply_v: 24.0,
+            now_us: 0,
+            events: Vec::new(),
+            last: None,
+            valve_kpa: 0.0,
+            pressure_kpa: 0.0,
+            inflated_kpa: 0.0,
+            bend: [0.0; 2],
+            dac: DacCode(0),
+            random: 1,
+        }
+    }
+
+    /// Holding an object at 140 kPa, half a second after the controller said so.
+    pub fn holding(settings: Settings) -> Self {
+        let mut board = Self::new(settings);
+        board.grip = [1.0; 3];
+        board.step(Command::Grip(Grip::Pressure(Kilopascals(140.0))));
+        board.run(1_500);
+        assert_eq!(board.count(|event| *event == Event::Holding), 1);
+        board.events.clear();
+        board
+    }
+
+    /// One tick.
+    pub fn step(&mut self, command: Command) -> Outputs {
+        self.now_us += 1_000;
+        self.blow();
+        let frame = self.frame();
+        let outputs = self
+            .controller
+            .step(Instant::from_micros(self.now_us), &frame, command);
+        self.dac = outputs.dac;
+        let now_ms = self.now_us / 1_000;
+        self.events
+            .extend(outputs.events.iter().map(|&event| (now_ms, event)));
+        assert_eq!(outputs.events.lost(), 0);
+        self.last = Some(outputs.clone());
+        outputs
+    }
+
+    /// So many ticks without a new command.
+    pub fn run(&mut self, ms: u64) {
+        for _ in 0..ms {
+            self.step(Command::Continue);
+        }
+    }
+
+    /// The grip of every finger goes from 90 % to 10 % in 35 ms and stays at the weight's 14 %.
+    pub fn drop_object(&mut self) {
+        for ms in 0..80 {
+            self.grip = [(1.0 - ms as f32 / 44.0).max(0.14); 3];
+            self.step(Command::Continue);
+        }
+    }
+
+    pub fn count(&self, is: impl Fn(&Event) -> bool) -> usize {
+        self.events.iter().filter(|(_, event)| is(event)).count()
+    }
+
+    /// When something was first reported, ms.
+    pub fn first(&self, is: impl Fn(&Event) -> bool) -> Option<u64> {
+        self.events
+            .iter()
+            .find(|(_, event)| is(event))
+            .map(|&(ms, _)| ms)
+    }
+
+    pub fn now_ms(&self) -> u64 {
+        self.now_us / 1_000
+    }
+
+    /// What the controller asks of the regulator.
+    pub fn commanded_kpa(&self) -> f32 {
+        FE.commanded(self.dac).0
+    }
+
+    fn blow(&mut self) {
+        if !self.valve_stuck {
+            self.valve_kpa = self.commanded_kpa();
+        }
+        self.pressure_kpa += (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / 60.0;
+        self.inflated_kpa += (self.pressure_kpa - self.inflated_kpa) / 80.0;
+        let [bend, rate] = &mut self.bend;
+        *rate += 1e-3 * (1_369.0 * (self.inflated_kpa - *bend) - 33.3 * *rate);
+        *bend += 1e-3 * *rate;
+    }
+
+    fn frame(&mut self) -> RawFrame {
+        let free = FINGER.free_strain(Kilopascals(self.bend[0])).0.0;
+        let blocked = FINGER
+            .free_strain(Kilopascals(self.bend[0].min(TOUCH_KPA)))
+            .0
+            .0;
+        let gauges = std::array::from_fn(|i| {
+            let strain = free - self.grip[i] * (free - blocked) + self.noise_ue * self.uniform();
+            match self.gauges[i] {
+                GaugeState::Good => AdcCode(FE.gauge_code(Microstrain(strain)) as u16),
+                GaugeState::Open => AdcCode(65_520),
+                GaugeState::Short => AdcCode(0),
+                GaugeState::Stuck(code) => code,
+            }
+        });
+        RawFrame {
+            gauges,
+            monitor: AdcCode(FE.monitor_code(Kilopascals(self.pressure_kpa)) as u16),
+            supply: AdcCode(FE.supply_code(Volts(self.supply_v)) as u16),
+            scans: if self.late { 0 } else { 10 },
+            overrun: false,
+        }
+    }
+
+    /// Uniform in ±1, the same in every run (xorshift, Marsaglia 2003).
+    fn uniform(&mut self) -> f32 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 17;
+        self.random ^= self.random << 5;
+        self.random as f32 / u32::MAX as f32 * 2.0 - 1.0
+    }
+}

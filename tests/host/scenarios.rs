@@ -1,0 +1,323 @@
+//! What the controller must do on a mocked board; every test is named after the behaviour it pins.
+
+use crate::mock::{GaugeState, MockBoard};
+use softgrip::fault::Fault;
+use softgrip::grasp::{Refusal, State};
+use softgrip::settings::{OnFault, Settings};
+use softgrip::telemetry::Event;
+use softgrip::units::{AdcCode, Degrees, Kilopascals};
+use softgrip::{Command, Grip};
+
+fn is_lost(event: &Event) -> bool {
+    matches!(event, Event::Lost { .. })
+}
+
+fn is_fault(wanted: Fault) -> impl Fn(&Event) -> bool {
+    move |event| matches!(event, Event::Fault { fault, .. } if *fault == wanted)
+}
+
+fn state(board: &MockBoard) -> State {
+    board.last.as_ref().expect("a tick has run").snapshot.state
+}
+
+const GRIP: Command = Command::Grip(Grip::Pressure(Kilopascals(140.0)));
+
+#[test]
+fn a_grasp_is_contact_then_holding_and_each_is_said_once() {
+    let mut board = MockBoard::new(Settings::default());
+    board.grip = [1.0; 3];
+    board.step(GRIP);
+    board.run(3_000);
+    for finger in 0..3 {
+        assert_eq!(board.count(|event| *event == Event::Contact { finger }), 1);
+    }
+    assert_eq!(board.events.len(), 4, "{:?}", board.events);
+    assert!(matches!(board.events[3].1, Event::Holding));
+    assert!(
+        board
+            .last
+            .as_ref()
+            .is_some_and(|last| last.indicators.holding)
+    );
+}
+
+#[test]
+fn an_empty_close_is_told_from_a_grasp_within_200_ms_of_reaching_the_set_point() {
+    let mut board = MockBoard::new(Settings::default());
+    board.step(GRIP);
+    while (board.pressure_kpa - 140.0).abs() > 3.0 {
+        board.run(1);
+    }
+    let reached = board.now_ms();
+    board.run(1_000);
+    let empty = board.first(|event| *event == Event::Empty);
+    assert!(
+        empty.is_some_and(|ms| ms - reached <= 200),
+        "{:?}",
+        board.events
+    );
+    assert_eq!(board.events.len(), 1, "{:?}", board.events);
+}
+
+#[test]
+fn a_dropped_object_is_reported_once_within_20_ms_and_stays_latched() {
+    let mut board = MockBoard::holding(Settings::default());
+    let dropped = board.now_ms();
+    board.drop_object();
+    board.run(2_000);
+    assert_eq!(board.count(is_lost), 1);
+    // The drop begins at full grip: 90 % is reached 4 ms later.
+    let lost = board.first(is_lost).expect("a loss");
+    assert!(lost - dropped <= 4 + 20, "{} ms", lost - dropped);
+    assert!(board.last.as_ref().is_some_and(|last| last.indicators.lost));
+
+    board.step(Command::Release);
+    board.run(2_000);
+    assert!(board.last.as_ref().is_some_and(|last| last.indicators.lost));
+    assert_eq!(board.count(|event| *event == Event::Released), 0);
+    board.step(GRIP);
+    assert_eq!(
+        board.count(|event| *event == Event::Refused(Refusal::LostLatched)),
+        1
+    );
+    board.step(Command::Acknowledge);
+    let indicators = board.step(Command::Continue).indicators;
+    assert!(indicators.ready && !indicators.lost);
+}
+
+#[test]
+fn a_commanded_release_is_released_and_never_lost() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.step(Command::Release);
+    // The object leaves in the very tick of the command, as fast as any drop.
+    board.drop_object();
+    board.run(2_000);
+    assert_eq!(board.count(is_lost), 0);
+    assert_eq!(board.count(|event| *event == Event::Released), 1);
+    assert_eq!(state(&board), State::Idle);
+}
+
+#[test]
+fn a_burst_hose_is_an_air_loss_within_50_ms_and_never_lost() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.leak_kpa = 0.0;
+    let burst = board.now_ms();
+    board.run(2_000);
+    let reported = board
+        .first(|event| *event == Event::AirLoss)
+        .expect("an air loss");
+    assert!(reported - burst <= 50, "{} ms", reported - burst);
+    assert_eq!(board.count(is_lost), 0);
+    assert_eq!(board.count(is_fault(Fault::AirLoss)), 1);
+}
+
+#[test]
+fn a_slow_leak_is_an_air_loss_and_never_lost() {
+    let mut board = MockBoard::holding(Settings::default());
+    for tick in 0..20_000 {
+        board.leak_kpa = 140.0 - tick as f32 / 200.0;
+        board.run(1);
+    }
+    assert_eq!(board.count(|event| *event == Event::AirLoss), 1);
+    assert_eq!(board.count(is_lost), 0);
+}
+
+#[test]
+fn a_regulator_that_never_follows_is_a_fault() {
+    let mut board = MockBoard::new(Settings::default());
+    board.valve_stuck = true;
+    board.step(GRIP);
+    board.run(1_000);
+    // 8 kPa of deviation are reached 60 ms into the ramp, and 300 ms are allowed from there.
+    let fault = board.first(is_fault(Fault::NotFollowing));
+    assert!(fault.is_some_and(|ms| ms <= 450), "{:?}", board.events);
+}
+
+#[test]
+fn over_pressure_vents_in_the_same_tick_even_where_faults_hold() {
+    let mut board = MockBoard::holding(Settings {
+        on_fault: OnFault::Hold,
+        ..Settings::default()
+    });
+    board.pressure_kpa = 180.0;
+    let outputs = board.step(Command::Continue);
+    assert_eq!(outputs.dac.0, 0);
+    assert_eq!(board.count(is_fault(Fault::OverPressure)), 1);
+}
+
+#[test]
+fn stop_acts_in_its_tick_and_does_what_the_settings_say() {
+    for (on_fault, vents) in [(OnFault::Vent, true), (OnFault::Hold, false)] {
+        let mut board = MockBoard::holding(Settings {
+            on_fault,
+            ..Settings::default()
+        });
+        let outputs = board.step(Command::Stop);
+        assert_eq!(outputs.dac.0 == 0, vents, "{on_fault:?}");
+        board.run(1_000);
+        assert_eq!(board.pressure_kpa < 10.0, vents, "{on_fault:?}");
+        assert_eq!(board.count(is_fault(Fault::Stopped)), 1);
+        board.step(GRIP);
+        assert_eq!(
+            board.count(|event| *event == Event::Refused(Refusal::FaultLatched)),
+            1
+        );
+    }
+}
+
+#[test]
+fn acknowledging_a_fault_does_not_drop_what_is_held() {
+    let mut board = MockBoard::holding(Settings {
+        on_fault: OnFault::Hold,
+        ..Settings::default()
+    });
+    board.step(Command::Stop);
+    board.run(500);
+    board.step(Command::Acknowledge);
+    board.run(1_000);
+    assert!((board.pressure_kpa - 140.0).abs() < 3.0);
+    assert!(matches!(state(&board), State::Holding { .. }));
+    assert_eq!(board.count(is_lost), 0);
+}
+
+#[test]
+fn one_failed_gauge_is_reported_and_two_fingers_still_tell_a_loss() {
+    for bad in [
+        GaugeState::Open,
+        GaugeState::Short,
+        GaugeState::Stuck(AdcCode(33_000)),
+    ] {
+        let mut board = MockBoard::holding(Settings::default());
+        board.gauges[1] = bad;
+        let broken = board.now_ms();
+        board.run(500);
+        let reported = board
+            .first(|event| {
+                matches!(
+                    event,
+                    Event::Fault {
+                        finger: Some(1),
+                        ..
+                    }
+                )
+            })
+            .expect("a gauge fault");
+        assert!(reported - broken <= 20, "{bad:?}: {} ms", reported - broken);
+        assert!(matches!(state(&board), State::Holding { .. }), "{bad:?}");
+        assert_eq!(board.count(is_lost), 0, "{bad:?}");
+        board.drop_object();
+        assert_eq!(board.count(is_lost), 1, "{bad:?}");
+    }
+}
+
+#[test]
+fn two_failed_gauges_are_a_fault_because_losses_would_go_unseen() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.gauges[0] = GaugeState::Open;
+    board.gauges[2] = GaugeState::Open;
+    board.run(10);
+    assert!(matches!(
+        state(&board),
+        State::Fault {
+            fault: Fault::GaugeOpen,
+            ..
+        }
+    ));
+}
+
+#[test]
+fn late_frames_are_bridged_for_four_ticks_and_a_fault_at_the_fifth() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.late = true;
+    board.run(4);
+    board.late = false;
+    board.run(10);
+    assert!(board.events.is_empty(), "{:?}", board.events);
+    board.late = true;
+    board.run(5);
+    assert_eq!(board.count(is_fault(Fault::AdcStale)), 1);
+}
+
+#[test]
+fn a_sagging_supply_is_a_fault_and_a_dip_is_not() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.supply_v = 15.0;
+    board.run(5);
+    board.supply_v = 24.0;
+    board.run(50);
+    assert!(board.events.is_empty(), "{:?}", board.events);
+    board.supply_v = 15.0;
+    board.run(20);
+    assert_eq!(board.count(is_fault(Fault::SupplyLow)), 1);
+}
+
+#[test]
+fn a_tare_works_at_rest_and_is_refused_under_pressure() {
+    let mut board = MockBoard::new(Settings::default());
+    board.run(100);
+    board.step(Command::Tare);
+    board.run(300);
+    assert_eq!(board.count(|event| *event == Event::Tared), 1);
+    board.step(GRIP);
+    board.step(Command::Tare);
+    assert_eq!(
+        board.count(|event| *event == Event::Refused(Refusal::NotIdle)),
+        1
+    );
+}
+
+#[test]
+fn a_grip_that_cannot_be_is_refused_with_its_reason() {
+    let mut board = MockBoard::new(Settings::default());
+    for (grip, refusal) in [
+        (
+            Grip::Pressure(Kilopascals(161.0)),
+            Refusal::PressureOutOfRange,
+        ),
+        (
+            Grip::Pressure(Kilopascals(f32::NAN)),
+            Refusal::PressureOutOfRange,
+        ),
+        (
+            Grip::Pressure(Kilopascals(0.0)),
+            Refusal::PressureOutOfRange,
+        ),
+        (Grip::Bend(Degrees(120.0)), Refusal::BendOutOfRange),
+        (Grip::Bend(Degrees(-1.0)), Refusal::BendOutOfRange),
+    ] {
+        board.events.clear();
+        board.step(Command::Grip(grip));
+        assert_eq!(board.events.len(), 1);
+        assert_eq!(board.events[0].1, Event::Refused(refusal));
+        assert_eq!(state(&board), State::Idle);
+    }
+}
+
+#[test]
+fn a_grip_at_a_bend_goes_to_the_tables_pressure() {
+    let mut board = MockBoard::new(Settings::default());
+    board.step(Command::Grip(Grip::Bend(Degrees(57.3))));
+    board.run(2_000);
+    // Table 3: 57.3° at 120 kPa.
+    assert!(
+        (board.pressure_kpa - 120.0).abs() < 1.0,
+        "{}",
+        board.pressure_kpa
+    );
+    let bend = board.last.as_ref().map(|last| last.snapshot.bend.0);
+    assert!(
+        bend.is_some_and(|bend| (bend - 57.3).abs() < 1.0),
+        "{bend:?}"
+    );
+}
+
+#[test]
+fn an_object_that_vanishes_while_the_pressure_changes_is_lost() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.step(Command::Grip(Grip::Pressure(Kilopascals(150.0))));
+    board.run(5);
+    board.drop_object();
+    board.grip = [0.0; 3];
+    board.run(1_000);
+    assert_eq!(board.count(is_lost), 1);
+}

@@ -1,0 +1,218 @@
+//! The picture of a grasp: residuals, pressure and the object's place over time, with what happened.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use softgrip::telemetry::Event;
+
+use crate::arm::Phase;
+use crate::sim::{Run, Sample};
+
+const PANEL_WIDTH: u32 = 620;
+const HEIGHT: u32 = 760;
+const INK: RGBColor = RGBColor(40, 44, 52);
+const FAINT: RGBColor = RGBColor(225, 228, 233);
+/// Colours that people with any colour vision tell apart (Okabe and Ito, 2008).
+const FINGER: [RGBColor; 3] = [
+    RGBColor(0, 114, 178),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 158, 115),
+];
+const ALARM: RGBColor = RGBColor(213, 60, 0);
+const QUIET: RGBColor = RGBColor(110, 118, 130);
+/// One sample in this many is drawn: 250 Hz are finer than the picture.
+const EVERY: usize = 4;
+
+type Error = Box<dyn std::error::Error + Send + Sync>;
+
+/// Draws one column per run as SVG.
+pub fn grasp(runs: &[Run]) -> anyhow::Result<String> {
+    let mut svg = String::new();
+    draw(runs, &mut svg).map_err(|error| anyhow::anyhow!("cannot draw: {error}"))?;
+    Ok(svg)
+}
+
+fn draw(runs: &[Run], svg: &mut String) -> Result<(), Error> {
+    let size = (PANEL_WIDTH * runs.len() as u32, HEIGHT);
+    let root = SVGBackend::with_string(svg, size).into_drawing_area();
+    root.fill(&WHITE)?;
+    for (area, run) in root.split_evenly((1, runs.len())).iter().zip(runs) {
+        column(area, run)?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+fn column(area: &DrawingArea<SVGBackend, Shift>, run: &Run) -> Result<(), Error> {
+    let scenario = &run.scenario;
+    let title = format!(
+        "{} {:.0} g at {} m/s²: {}",
+        scenario.object,
+        1e3 * scenario.mass_kg,
+        scenario.accel_m_s2,
+        match (run.slid_at_s, run.latency_ms()) {
+            (None, _) => "held".to_string(),
+            (Some(_), Some(ms)) => format!("lost, reported {}", crate::report::latency(ms)),
+            (Some(_), None) => "lost, and not reported".to_string(),
+        }
+    );
+    let area = area.titled(&title, ("sans-serif", 18).into_font().color(&INK))?;
+    let (top, rest) = area.split_vertically(360);
+    let (middle, bottom) = rest.split_vertically(170);
+
+    let fingers = (0..3).map(|i| Line {
+        name: format!("finger {}", i + 1),
+        color: FINGER[i],
+        value: Box::new(move |s: &Sample| {
+            s.seen.residual[i].map(|residual| 1e-3 * f64::from(residual.0))
+        }),
+    });
+    panel(
+        &top,
+        run,
+        "contact residual, 10³ µε",
+        -4.0..21.0,
+        fingers.collect(),
+        true,
+    )?;
+    let pressure = vec![
+        Line {
+            name: "asked".into(),
+            color: QUIET,
+            value: Box::new(|s: &Sample| Some(s.asked_kpa)),
+        },
+        Line {
+            name: "measured".into(),
+            color: FINGER[0],
+            value: Box::new(|s: &Sample| s.seen.pressure.map(|p| f64::from(p.0))),
+        },
+    ];
+    panel(&middle, run, "pressure, kPa", -5.0..170.0, pressure, false)?;
+    let object = vec![Line {
+        name: "object below palm".into(),
+        color: INK,
+        value: Box::new(|s: &Sample| Some((-1e3 * s.truth.object_m[2]).min(200.0))),
+    }];
+    panel(&bottom, run, "depth, mm (true)", 200.0..0.0, object, false)
+}
+
+struct Line {
+    name: String,
+    color: RGBColor,
+    value: Box<dyn Fn(&Sample) -> Option<f64>>,
+}
+
+fn panel(
+    area: &DrawingArea<SVGBackend, Shift>,
+    run: &Run,
+    label: &str,
+    range: std::ops::Range<f64>,
+    lines: Vec<Line>,
+    words: bool,
+) -> Result<(), Error> {
+    let end_s = run.samples.last().map_or(1.0, |sample| sample.truth.t_s);
+    let (low, high) = (range.start, range.end);
+    let mut chart = ChartBuilder::on(area)
+        .margin_right(14)
+        .margin_top(4)
+        .x_label_area_size(30)
+        .y_label_area_size(52)
+        .build_cartesian_2d(0.0..end_s, range)?;
+    for (phase, from, to) in phases(run) {
+        if matches!(phase, Phase::Lift | Phase::Place) {
+            let shade = Rectangle::new([(from, low), (to, high)], RGBColor(244, 246, 249).filled());
+            chart.draw_series([shade])?;
+        }
+        if words {
+            let style = ("sans-serif", 12).into_font().color(&QUIET);
+            let y = low + 0.015 * (high - low);
+            let y = y + 0.035 * (high - low);
+            chart.draw_series([Text::new(
+                format!("{phase:?}").to_lowercase(),
+                (from + 0.01 * end_s, y),
+                style,
+            )])?;
+        }
+    }
+    chart
+        .configure_mesh()
+        .x_desc("s")
+        .y_desc(label)
+        .x_labels(7)
+        .y_labels(6)
+        .label_style(("sans-serif", 12).into_font().color(&INK))
+        .axis_desc_style(("sans-serif", 13).into_font().color(&INK))
+        .axis_style(QUIET)
+        .bold_line_style(FAINT)
+        .light_line_style(TRANSPARENT)
+        .draw()?;
+    for line in &lines {
+        let points = run.samples.iter().step_by(EVERY);
+        let points = points.filter_map(|sample| Some((sample.truth.t_s, (line.value)(sample)?)));
+        let color = line.color;
+        chart
+            .draw_series(LineSeries::new(points, color.stroke_width(2)))?
+            .label(&line.name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2)));
+    }
+    for (row, (t_s, color, text)) in marks(run).into_iter().enumerate() {
+        chart.draw_series([PathElement::new(
+            [(t_s, low), (t_s, high)],
+            color.stroke_width(1),
+        )])?;
+        if words {
+            // Each word one line lower than the one before, so that close events stay readable.
+            let y = high - (0.05 + 0.05 * row as f64) * (high - low);
+            let style = ("sans-serif", 13).into_font().color(&color);
+            chart.draw_series([Text::new(text, (t_s + 0.008 * end_s, y), style)])?;
+        }
+    }
+    if lines.len() > 1 {
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperMiddle)
+            .background_style(WHITE.mix(0.85))
+            .label_font(("sans-serif", 12).into_font().color(&INK))
+            .draw()?;
+    }
+    Ok(())
+}
+
+/// Every phase with its start and end, s.
+fn phases(run: &Run) -> Vec<(Phase, f64, f64)> {
+    let mut phases: Vec<(Phase, f64, f64)> = Vec::new();
+    for sample in &run.samples {
+        let (phase, t_s) = (sample.truth.arm.phase, sample.truth.t_s);
+        match phases.last_mut() {
+            Some((last, _, to)) if *last == phase => *to = t_s,
+            _ => phases.push((phase, t_s, t_s)),
+        }
+    }
+    phases
+}
+
+/// What is worth a line across the picture.
+fn marks(run: &Run) -> Vec<(f64, RGBColor, &'static str)> {
+    let mut first_contact = true;
+    run.events
+        .iter()
+        .filter_map(|timed| {
+            let (color, text) = match timed.event {
+                Event::Contact { .. } if first_contact => {
+                    first_contact = false;
+                    (QUIET, "contact")
+                }
+                Event::Holding => (QUIET, "holding"),
+                Event::Empty => (QUIET, "closed on nothing"),
+                Event::Slip { .. } => (FINGER[1], "slip"),
+                Event::Lost { .. } => (ALARM, "LOST"),
+                Event::Released => (QUIET, "released"),
+                Event::AirLoss => (ALARM, "AIR LOSS"),
+                Event::Fault { .. } => (ALARM, "FAULT"),
+                Event::Contact { .. } | Event::Refused(_) | Event::Tared | Event::Acknowledged => {
+                    return None;
+                }
+            };
+            Some((timed.t_s, color, text))
+        })
+        .collect()
+}
