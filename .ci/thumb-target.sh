@@ -37,16 +37,17 @@ as_root apt-get install -qy --no-install-recommends \
     rustc-web cargo-web rust-web-src rust-web-clippy lld-22 >&2
 rustup toolchain link debian /usr >&2
 
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+mkdir "$scratch/src"
+echo '#![no_std]' >"$scratch/src/lib.rs"
+
 finds_core() {
-    echo '#![no_std]' | rustc +debian --target "$target" --crate-type lib --emit metadata -o /dev/null - 2>/dev/null
+    rustc +debian --target "$target" --crate-type lib --emit metadata --out-dir "$scratch" "$scratch/src/lib.rs" 2>/dev/null
 }
 
 # There is no `core` for the target in there, but its source is.
 if ! finds_core; then
-    scratch=$(mktemp -d)
-    trap 'rm -rf "$scratch"' EXIT
-    mkdir "$scratch/src"
-    echo '#![no_std]' >"$scratch/src/lib.rs"
     printf '[package]\nname = "empty"\nedition = "2024"\n[workspace]\n' >"$scratch/Cargo.toml"
     # RUSTC_BOOTSTRAP allows -Z here. The image is linked with LTO, which needs the bitcode.
     (

@@ -63,7 +63,7 @@ impl Controller {
         let (table, active) = (self.table, &self.active);
         let mut events = Events::new();
 
-        let (free, _) = table.free_strain(self.estimator.lagged_pressure());
+        let free = self.estimator.free_strain(table, active);
         let reading = self.conditioner.step(frame, &active.front_end, free);
         let tare = self.conditioner.tare_step(&reading);
         let contact = self.estimator.step(&reading, table, active);

@@ -63,8 +63,8 @@ const SLIP_END: f32 = 0.5;
 /// Residual lost per kilopascal that the finger's pressure has sagged. The contact force of a grip at
 /// 140 kPa ends near 95 kPa; a steeper value than 1/45 errs towards calling it air.
 const SAG_PER_KPA: f32 = 0.03;
-/// A finger has settled once its pressure is this close to the line's: 2 % of a grip's residual.
-const SETTLED_KPA: f32 = 1.5;
+/// A hold's reference follows a rise for this long: four times the fingers' lag of 0.1 s.
+const SETTLING_US: u64 = 400_000;
 /// The pressure must be missing this long to be an air loss: ripple is shorter, and 50 ms are allowed.
 const AIR_TICKS: u16 = 20;
 /// `ln` of the mean ticks between false alarms on pure noise: 10¹² ticks are 32 years at 1 kHz.
@@ -72,6 +72,7 @@ const LN_RUN_LENGTH: f32 = 27.6;
 
 #[derive(Debug, Clone, Copy)]
 struct Hold {
+    since: Instant,
     reference: [f32; FINGERS],
     pressure: Kilopascals,
     evidence: f32,
@@ -136,6 +137,7 @@ impl Detector {
             return Verdict::AirLoss;
         }
         let hold = self.hold.get_or_insert(Hold {
+            since: now,
             reference: self.plateau,
             pressure: air.lagged,
             evidence: 0.0,
@@ -146,11 +148,8 @@ impl Detector {
             slipping: false,
         });
 
-        if air
-            .measured
-            .is_some_and(|p| p.0 > air.lagged.0 + SETTLED_KPA)
-        {
-            // While the finger's pressure still rises, so does the grip.
+        if now.micros_since(hold.since) < SETTLING_US {
+            // While the fingers follow the last of the pressure, the grip still tightens.
             hold.pressure = air.lagged;
             for (reference, plateau) in hold.reference.iter_mut().zip(self.plateau) {
                 *reference = reference.max(plateau);

@@ -84,6 +84,14 @@ impl Estimator {
         Kilopascals(self.lag.map_or(0.0, |lag| lag.bent_kpa))
     }
 
+    /// What the gauge of a free finger should show now.
+    pub fn free_strain(&self, table: &FingerTable, active: &Active) -> Microstrain {
+        match active.gauge_sense {
+            GaugeSense::Bend => table.free_strain(self.lagged_pressure()).0,
+            GaugeSense::Contact => Microstrain(0.0),
+        }
+    }
+
     /// Estimates contact from one tick's readings.
     pub fn step(&mut self, reading: &Reading, table: &FingerTable, active: &Active) -> Contact {
         if let Monitor::Valid(pressure) = reading.monitor {

@@ -151,7 +151,7 @@ impl Grip {
     ) -> Result<Hold, GripError> {
         // Steps short enough that no link jumps through an edge.
         const LONGEST_STEP_RAD: f64 = 0.02;
-        for dbg in 0..2000 {
+        for _ in 0..2000 {
             let joints = self.joints(&angle);
             let touches =
                 object.touches([depth_m, self.palm_radius_m], &joints, self.link_radius_m);
@@ -161,23 +161,6 @@ impl Grip {
             let longest = step
                 .iter()
                 .fold(0.0, |longest: f64, d| longest.max(d.abs()));
-            if dbg > 1990 && std::env::var("DBG").is_ok() {
-                println!(
-                    "{depth_m} {dbg} {longest:.3e} {:?}",
-                    touches
-                        .iter()
-                        .zip(&normal)
-                        .filter(|(t, n)| t.gap_m < 1e-3 || **n > 0.0)
-                        .map(|(t, n)| (
-                            t.contact.link,
-                            t.contact.point_m,
-                            t.contact.normal,
-                            t.gap_m,
-                            *n
-                        ))
-                        .collect::<Vec<_>>()
-                );
-            }
             if longest < 1e-9 {
                 return Ok(self.hold(depth_m, angle, &touches, &normal));
             }
@@ -297,7 +280,9 @@ fn complementary(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<DVector<f64>> {
             .min_by(|a, b| {
                 let ratio = |r: usize| tableau[(r, right)] / tableau[(r, entering)];
                 let last = |r: usize| basis[r] != artificial;
-                ratio(*a).total_cmp(&ratio(*b)).then(last(*a).cmp(&last(*b)))
+                ratio(*a)
+                    .total_cmp(&ratio(*b))
+                    .then(last(*a).cmp(&last(*b)))
             })?;
     }
     None

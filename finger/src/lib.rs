@@ -7,6 +7,7 @@
 
 mod bordered;
 pub mod capability;
+pub mod cartesian;
 pub mod chain;
 pub mod contact;
 pub mod cubic;
@@ -17,6 +18,7 @@ pub mod links;
 pub mod mesh;
 pub mod model;
 mod object;
+mod potential;
 pub mod recipe;
 pub mod section;
 pub mod stiffness;

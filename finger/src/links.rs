@@ -40,3 +40,30 @@ pub fn joints_m(
     }
     joints
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::curve;
+    use proptest::prelude::*;
+
+    const LENGTHS_M: [f64; LINKS] = [0.018, 0.018, 0.018, 0.018, 0.018, 0.010];
+
+    proptest! {
+        #[test]
+        fn the_chain_follows_the_curve(tip_angle in -2.0f64..2.0) {
+            let length: f64 = LENGTHS_M.iter().sum();
+            let curvature = tip_angle / length;
+            let curve = Curve::from_curvature(curve::grid(&[length]), 0.0, |_| curvature);
+            let link = link_angles_rad(&curve, &LENGTHS_M);
+            for (angle, s) in link.iter().zip(midpoints_m(&LENGTHS_M)) {
+                prop_assert!((angle - curvature * s).abs() < 1e-9);
+            }
+            let sum: f64 = joint_angles_rad(&link).iter().sum();
+            prop_assert!((sum - link[LINKS - 1]).abs() < 1e-12);
+            let [x, y] = joints_m(&LENGTHS_M, &link)[LINKS];
+            let tip = curve.tip_m();
+            prop_assert!((x - tip[0]).hypot(y - tip[1]) < 0.006 * length);
+        }
+    }
+}

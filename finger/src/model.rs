@@ -58,6 +58,16 @@ pub struct Solved {
     pub bends: Vec<Bend>,
 }
 
+impl Solved {
+    /// Distance between the tips of chain and centreline, as a share of the length.
+    pub fn chain_tip_error(&self, bend: &Bend) -> f64 {
+        let link_angle = links::link_angles_rad(&bend.curve, &self.link_length_m);
+        let [x, y] = links::joints_m(&self.link_length_m, &link_angle)[LINKS];
+        let tip = bend.curve.tip_m();
+        (x - tip[0]).hypot(y - tip[1]) / self.link_length_m.iter().sum::<f64>()
+    }
+}
+
 impl Geometry {
     /// Solves the finger at `pressures_kpa`, in rising order.
     ///

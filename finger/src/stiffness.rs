@@ -33,3 +33,27 @@ pub fn virtual_loading(
         force_n * (tip - joints[i][0]) / joint_angle[i]
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::curve;
+
+    const LENGTHS_M: [f64; LINKS] = [0.018, 0.018, 0.018, 0.018, 0.018, 0.010];
+
+    #[test]
+    fn a_small_force_gives_the_beam_s_stiffness_over_each_span() {
+        let stiffness = 2e-3;
+        let grid = curve::grid(&[0.1]);
+        let joints = virtual_loading(grid.clone(), &LENGTHS_M, 1e-3, |_| stiffness).expect("small");
+        // The first joint stands for half a link, the others for a whole one.
+        assert!((joints[1] / (stiffness / 0.018) - 1.0).abs() < 0.01);
+        assert!((joints[0] / (stiffness / 0.009) - 1.0).abs() < 0.06);
+        // What the force is hardly matters: torque and angle shrink together.
+        let strong = virtual_loading(grid.clone(), &LENGTHS_M, VIRTUAL_FORCE_N, |_| stiffness);
+        for (small, strong) in joints.iter().zip(strong.expect("moderate")) {
+            assert!((small / strong - 1.0).abs() < 0.02);
+        }
+        assert!(virtual_loading(grid, &LENGTHS_M, 0.25, |_| 0.0).is_err());
+    }
+}

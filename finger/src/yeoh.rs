@@ -13,13 +13,12 @@
 //! in the positions `x` of the nodes, the stretch `λ` at `y = 0` and the curvature `κ`. The second
 //! integral is the bore's volume per undeformed length, so it holds the thrust on the closed end too.
 
-use std::ops::AddAssign;
+use nalgebra::Matrix2;
 
-use nalgebra::{DVector, Matrix2, SMatrix, SVector};
-
-use crate::bordered::{Bordered, Step};
-use crate::hyperelastic::{Gradient, Rubber};
+use crate::bordered::Step;
+use crate::hyperelastic::Rubber;
 use crate::mesh::{Mesh, MeshSize};
+use crate::potential::{Potential, Unknowns};
 use crate::section::{Section, SectionError};
 
 /// Shortest pressure step before a section counts as ballooning, Pa.
@@ -84,16 +83,10 @@ pub enum InflationError {
 
 /// A meshed section of rubber.
 pub struct SectionModel {
-    mesh: Mesh,
-    rubber: Rubber,
+    potential: Potential,
     /// Scale of length, m.
     radius: f64,
-    /// Unknowns held by symmetry, and one to stop the section from sliding along `y`.
-    held: Vec<bool>,
 }
-
-/// Positions of the nodes, then `λ` and `κ`.
-type Unknowns = DVector<f64>;
 
 impl SectionModel {
     /// Meshes a section.
@@ -121,17 +114,9 @@ impl SectionModel {
                 });
             }
         }
-        let mesh = Mesh::of(section, size);
-        let mut held = vec![false; 2 * mesh.nodes.len()];
-        for &node in &mesh.axis {
-            held[2 * node] = true;
-        }
-        held[2 * mesh.nodes.len() - 1] = true;
         Ok(Self {
-            mesh,
-            rubber,
+            potential: Potential::new(Mesh::of(section, size), rubber),
             radius: section.outer_radius_m,
-            held,
         })
     }
 
@@ -141,7 +126,7 @@ impl SectionModel {
     /// [`InflationError::Balloons`] if a pressure lies beyond the limit point, with the highest
     /// pressure that was reached; [`InflationError::Pressure`] if they do not rise.
     pub fn inflate(&self, pressures_pa: &[f64]) -> Result<Vec<Inflated>, InflationError> {
-        let mut path = Path::from_rest(self.rest());
+        let mut path = Path::from_rest(self.potential.rest());
         let mut inflated = Vec::with_capacity(pressures_pa.len());
         for &target in pressures_pa {
             let pressure_pa = target;
@@ -168,11 +153,11 @@ impl SectionModel {
                 }
             };
             let unknowns = path.last();
-            let [_, curvature_per_m] = self.axial(unknowns);
+            let [_, curvature_per_m] = self.potential.axial(unknowns);
             inflated.push(Inflated {
                 pressure_pa,
                 curvature_per_m,
-                stretch: self.mean_stretch(unknowns),
+                stretch: self.potential.mean_stretch(unknowns),
                 // Twice, for the other half; the stretch follows without axial force.
                 bending_stiffness_nm2: 2.0 * condensed.determinant() / condensed[(0, 0)],
             });
@@ -180,181 +165,50 @@ impl SectionModel {
         Ok(inflated)
     }
 
-    fn rest(&self) -> Unknowns {
-        let mut rest: Vec<f64> = self.mesh.nodes.iter().flatten().copied().collect();
-        rest.extend([1.0, 0.0]);
-        DVector::from_vec(rest)
-    }
-
-    fn axial(&self, unknowns: &Unknowns) -> [f64; 2] {
-        let n = self.held.len();
-        [unknowns[n], unknowns[n + 1]]
-    }
-
-    fn mean_stretch(&self, unknowns: &Unknowns) -> f64 {
-        let [stretch, curvature] = self.axial(unknowns);
-        let (mut area, mut moment) = (0.0, 0.0);
-        for (nodes, points) in &self.mesh.elements {
-            for point in points {
-                let y: f64 = (0..8)
-                    .map(|a| point.shape[a] * unknowns[2 * nodes[a] + 1])
-                    .sum();
-                area += point.area;
-                moment += point.area * y;
-            }
-        }
-        stretch + curvature * moment / area
-    }
-
     /// The equilibrium at `pressure` near `unknowns`, with the stiffness of `λ` and `κ` there.
     fn newton(&self, mut unknowns: Unknowns, pressure: f64) -> Option<(Unknowns, Matrix2<f64>)> {
-        let n = self.held.len();
         for _ in 0..ITERATIONS {
-            let mut equations = Bordered::new(n, 2 * self.mesh.column);
-            self.add_wall(&mut equations, &unknowns)?;
-            self.add_bore(&mut equations, &unknowns, pressure);
-            for (i, _) in self.held.iter().enumerate().filter(|(_, held)| **held) {
-                equations.add(i, i, 1.0);
-            }
             let Step {
                 inner,
                 border,
                 condensed,
-            } = equations.solve()?;
-            unknowns.rows_mut(0, n).add_assign(&inner);
-            unknowns.fixed_rows_mut::<2>(n).add_assign(&border);
+            } = self.potential.equations(&unknowns, pressure)?.solve()?;
+            let n = inner.len();
+            let mut positions = unknowns.rows_mut(0, n);
+            positions += &inner;
+            let mut axial = unknowns.fixed_rows_mut::<2>(n);
+            axial += border;
             let change = (inner.amax() / self.radius)
                 .max(border[0].abs())
                 .max(border[1].abs() * self.radius);
             if change < CONVERGED {
                 return Some((unknowns, condensed));
             }
+            // Written so that a NaN stops here too.
             if !(change < TOO_FAR) {
                 return None;
             }
         }
         None
     }
-
-    /// Adds the wall's energy; `None` if an element is turned inside out.
-    fn add_wall(&self, equations: &mut Bordered, unknowns: &Unknowns) -> Option<()> {
-        let [stretch, curvature] = self.axial(unknowns);
-        for (nodes, points) in &self.mesh.elements {
-            let position = SMatrix::<f64, 2, 8>::from_fn(|axis, a| unknowns[2 * nodes[a] + axis]);
-            let mut gradient = SVector::<f64, 18>::zeros();
-            let mut hessian = SMatrix::<f64, 18, 18>::zeros();
-            for point in points {
-                let plane = position * point.gradient;
-                let y = position.row(1).dot(&point.shape.transpose());
-                let f = Gradient::new(
-                    plane[(0, 0)],
-                    plane[(0, 1)],
-                    plane[(1, 0)],
-                    plane[(1, 1)],
-                    stretch + curvature * y,
-                );
-                let (stress, tangent) = self.rubber.derivatives(&f)?;
-                // Slopes of F against the element's sixteen coordinates, λ and κ.
-                let mut slope = SMatrix::<f64, 5, 18>::zeros();
-                for a in 0..8 {
-                    for axis in 0..2 {
-                        slope[(2 * axis, 2 * a + axis)] = point.gradient[(a, 0)];
-                        slope[(2 * axis + 1, 2 * a + axis)] = point.gradient[(a, 1)];
-                    }
-                    slope[(4, 2 * a + 1)] = curvature * point.shape[a];
-                    let mixed = point.area * stress[4] * point.shape[a];
-                    hessian[(2 * a + 1, 17)] += mixed;
-                    hessian[(17, 2 * a + 1)] += mixed;
-                }
-                slope[(4, 16)] = 1.0;
-                slope[(4, 17)] = y;
-                gradient += slope.tr_mul(&stress) * point.area;
-                hessian += slope.tr_mul(&(tangent * slope)) * point.area;
-            }
-            self.scatter(equations, nodes, gradient.as_slice(), |r, c| {
-                hessian[(r, c)]
-            });
-        }
-        Some(())
-    }
-
-    /// Takes away the work of the pressure: the bore's volume per length is `∮ x (λ + κy) dy`.
-    fn add_bore(&self, equations: &mut Bordered, unknowns: &Unknowns, pressure: f64) {
-        let [stretch, curvature] = self.axial(unknowns);
-        for nodes in &self.mesh.bore {
-            let mut gradient = SVector::<f64, 8>::zeros();
-            let mut hessian = SMatrix::<f64, 8, 8>::zeros();
-            for (shape, slope, weight) in side_points() {
-                let at = |values: &[f64; 3], axis: usize| -> f64 {
-                    (0..3)
-                        .map(|a| values[a] * unknowns[2 * nodes[a] + axis])
-                        .sum()
-                };
-                let (x, y, dy) = (at(&shape, 0), at(&shape, 1), at(&slope, 1));
-                let axial = stretch + curvature * y;
-                // The sides run down the half-section, clockwise: the volume has the other sign, and
-                // the work, which is taken away, this one.
-                let w = weight * pressure;
-                gradient[6] += w * x * dy;
-                gradient[7] += w * x * y * dy;
-                for a in 0..3 {
-                    let (n, dn) = (shape[a], slope[a]);
-                    gradient[2 * a] += w * n * axial * dy;
-                    gradient[2 * a + 1] += w * x * (curvature * n * dy + axial * dn);
-                    let mut mixed = |r: usize, c: usize, value: f64| {
-                        hessian[(r, c)] += w * value;
-                        hessian[(c, r)] += w * value;
-                    };
-                    mixed(2 * a, 6, n * dy);
-                    mixed(2 * a, 7, n * y * dy);
-                    mixed(2 * a + 1, 6, x * dn);
-                    mixed(2 * a + 1, 7, x * (n * dy + y * dn));
-                    for b in 0..3 {
-                        let (m, dm) = (shape[b], slope[b]);
-                        mixed(2 * a, 2 * b + 1, n * (curvature * m * dy + axial * dm));
-                        // Both orders of a and b come by, so one of the two products is added here.
-                        mixed(2 * a + 1, 2 * b + 1, x * curvature * n * dm);
-                    }
-                }
-            }
-            self.scatter(equations, nodes, gradient.as_slice(), |r, c| {
-                hessian[(r, c)]
-            });
-        }
-    }
-
-    /// Adds an element's derivatives; its last two unknowns are `λ` and `κ`.
-    fn scatter(
-        &self,
-        equations: &mut Bordered,
-        nodes: &[usize],
-        gradient: &[f64],
-        hessian: impl Fn(usize, usize) -> f64,
-    ) {
-        let n = 2 * nodes.len();
-        let unknown = |i: usize| 2 * nodes[i / 2] + i % 2;
-        for r in (0..n).filter(|&r| !self.held[unknown(r)]) {
-            for c in (0..n).filter(|&c| !self.held[unknown(c)]) {
-                equations.add(unknown(r), unknown(c), hessian(r, c));
-            }
-            equations.add_right(unknown(r), [gradient[r], hessian(r, n), hessian(r, n + 1)]);
-        }
-        for i in 0..2 {
-            equations.corner_gradient[i] += gradient[n + i];
-            for j in 0..2 {
-                equations.corner[(i, j)] += hessian(n + i, n + j);
-            }
-        }
-    }
 }
 
-/// Three-point rule on a quadratic side: shape functions, their slopes, weight.
-fn side_points() -> [([f64; 3], [f64; 3], f64); 3] {
-    let g = 0.6f64.sqrt();
-    [(-g, 5.0 / 9.0), (0.0, 8.0 / 9.0), (g, 5.0 / 9.0)].map(|(t, weight)| {
-        let shape = [t * (t - 1.0) / 2.0, 1.0 - t * t, t * (t + 1.0) / 2.0];
-        (shape, [t - 0.5, -2.0 * t, t + 0.5], weight)
-    })
+/// Inflates a section to one pressure, Pa, on several meshes: how far the result depends on them.
+///
+/// # Errors
+/// As [`SectionModel::new`] and [`SectionModel::inflate`].
+pub fn mesh_study(
+    section: &Section,
+    rubber: Rubber,
+    pressure_pa: f64,
+    sizes: &[MeshSize],
+) -> Result<Vec<(MeshSize, Inflated)>, InflationError> {
+    let mut study = Vec::with_capacity(sizes.len());
+    for &size in sizes {
+        let states = SectionModel::new(section, rubber, size)?.inflate(&[pressure_pa])?;
+        study.extend(states.into_iter().map(|state| (size, state)));
+    }
+    Ok(study)
 }
 
 /// The last equilibria on the way up, at most three, to start the next from.
@@ -399,40 +253,110 @@ impl Path {
 mod tests {
     use super::*;
 
-    fn model(size: MeshSize, bulk: f64) -> SectionModel {
-        let section = Section {
-            outer_radius_m: 9.6555e-3,
-            bore_radius_m: 4.576e-3,
-            bore_offset_m: 2.727e-3,
-            flat_half_angle_rad: 55.98f64.to_radians(),
-        };
-        let rubber = Rubber {
-            yeoh_pa: [0.1e6, 0.02e6, 200.0],
-            bulk_modulus_pa: bulk,
-        };
-        SectionModel::new(&section, rubber, size).unwrap()
+    const SECTION: Section = Section {
+        outer_radius_m: 9.6e-3,
+        bore_radius_m: 4.6e-3,
+        bore_offset_m: 2.7e-3,
+        flat_half_angle_rad: 0.98,
+    };
+    const YEOH_PA: [f64; 3] = [0.1e6, 0.02e6, 200.0];
+
+    fn inflate(rubber: Rubber, pressures_pa: &[f64]) -> Result<Vec<Inflated>, InflationError> {
+        SectionModel::new(&SECTION, rubber, MeshSize::STANDARD)?.inflate(pressures_pa)
     }
 
     #[test]
-    fn scratch() {
-        let m = model(MeshSize::STANDARD, 20e6);
-        let ps: Vec<f64> = (0..41).map(|i| 4e3 * i as f64).collect();
-        let t = std::time::Instant::now();
-        let r = m.inflate(&ps).unwrap();
-        println!("{:?}", t.elapsed());
-        for x in r.iter().step_by(5) {
-            println!("{x:?}");
+    fn without_pressure_bends_as_a_beam() {
+        for modulus in [0.3e6, 0.6e6] {
+            let rubber = Rubber::from_youngs_modulus(modulus);
+            let rest = inflate(rubber, &[0.0]).expect("rest")[0];
+            let beam = modulus * SECTION.second_moment_m4();
+            assert!((rest.bending_stiffness_nm2 / beam - 1.0).abs() < 0.01);
+            assert!(rest.curvature_per_m.abs() < 1e-9 && (rest.stretch - 1.0).abs() < 1e-9);
         }
-        let m = model(
-            MeshSize {
-                around: 28,
-                through: 6,
-            },
-            20e6,
-        );
-        println!("fine {:?}", m.inflate(&[160e3]).unwrap());
-        println!("{:?}", m.inflate(&[400e3]));
-        let m = model(MeshSize::STANDARD, 1e9);
-        println!("{:?}", m.inflate(&[1e3, 2e3]));
+        let yeoh = Rubber::incompressible(YEOH_PA);
+        let rest = inflate(yeoh, &[0.0]).expect("rest")[0];
+        let beam = yeoh.youngs_modulus_pa() * SECTION.second_moment_m4();
+        assert!((rest.bending_stiffness_nm2 / beam - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn curvature_starts_with_the_square_of_pressure() {
+        // A stiff penalty: what little volume change the standard one allows bends to first order.
+        let rubber = Rubber {
+            bulk_modulus_pa: 1e9,
+            ..Rubber::incompressible(YEOH_PA)
+        };
+        let states = inflate(rubber, &[1e3, 2e3]).expect("small pressures");
+        let ratio = states[1].curvature_per_m / states[0].curvature_per_m;
+        assert!(ratio > 3.5, "{ratio}");
+    }
+
+    #[test]
+    fn the_standard_mesh_is_fine_enough() {
+        let fine = MeshSize {
+            around: 28,
+            through: 6,
+        };
+        let rubber = Rubber::incompressible(YEOH_PA);
+        for pressure in [60e3, 160e3] {
+            let study = mesh_study(&SECTION, rubber, pressure, &[MeshSize::STANDARD, fine]);
+            let study = study.expect("below the limit");
+            let [standard, fine] = [study[0].1, study[1].1];
+            for (standard, fine) in [
+                (standard.curvature_per_m, fine.curvature_per_m),
+                (standard.stretch, fine.stretch),
+                (standard.bending_stiffness_nm2, fine.bending_stiffness_nm2),
+            ] {
+                assert!((standard / fine - 1.0).abs() < 0.005, "{standard} {fine}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_path_does_not_depend_on_the_steps() {
+        let rubber = Rubber::incompressible(YEOH_PA);
+        let at_once = inflate(rubber, &[160e3]).expect("below the limit")[0];
+        let pressures: Vec<f64> = (0..=40).map(|k| 4e3 * f64::from(k)).collect();
+        let stepped = inflate(rubber, &pressures).expect("below the limit");
+        assert!((stepped[40].curvature_per_m / at_once.curvature_per_m - 1.0).abs() < 1e-9);
+        for pair in stepped.windows(2) {
+            assert!(pair[1].curvature_per_m > pair[0].curvature_per_m);
+        }
+    }
+
+    #[test]
+    fn a_limit_point_is_an_error_that_names_the_pressure() {
+        let rubber = Rubber::from_youngs_modulus(0.55e6);
+        let error = inflate(rubber, &[40e3, 160e3]).expect_err("balloons");
+        let InflationError::Balloons { last_pa } = error else {
+            panic!("{error}");
+        };
+        assert!((60e3..90e3).contains(&last_pa), "{error}");
+        let message = format!("the section balloons at about {:.1} kPa", 1e-3 * last_pa);
+        assert!(error.to_string().starts_with(&message), "{error}");
+        // It is the limit point and not the solver: bending goes soft, and a softer rubber scales.
+        let near = inflate(rubber, &[last_pa]).expect("reached")[0];
+        let rest = inflate(rubber, &[0.0]).expect("rest")[0];
+        assert!(near.bending_stiffness_nm2 < 0.4 * rest.bending_stiffness_nm2);
+    }
+
+    #[test]
+    fn nonsense_is_refused_by_name() {
+        let yeoh = Rubber::incompressible(YEOH_PA);
+        for pressures in [
+            vec![-1.0],
+            vec![2e3, 1e3],
+            vec![f64::NAN],
+            vec![f64::INFINITY],
+        ] {
+            let error = inflate(yeoh, &pressures).expect_err("nonsense");
+            assert!(matches!(error, InflationError::Pressure { .. }), "{error}");
+        }
+        let error = inflate(Rubber::incompressible([-0.1e6, 0.0, 0.0]), &[1e3]);
+        let error = error.expect_err("no rubber").to_string();
+        assert_eq!(error, "C1 = -100000 Pa: must be finite and positive");
+        let solid = SectionModel::new(&SECTION.solid(), yeoh, MeshSize::STANDARD);
+        assert_eq!(solid.err(), Some(InflationError::Solid));
     }
 }

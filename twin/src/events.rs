@@ -3,6 +3,8 @@
 use serde_json::{Value, json};
 use softgrip::telemetry::Event;
 
+use crate::json::round;
+
 /// An event at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedEvent {
@@ -69,11 +71,6 @@ impl TimedEvent {
             Event::Acknowledged => "acknowledged".into(),
         }
     }
-}
-
-/// The float nearest to `x` with so many decimals, so that JSON shows 1.234 and not 1.2340000000000002.
-pub fn round(x: f64, decimals: usize) -> f64 {
-    format!("{x:.decimals$}").parse().unwrap_or(x)
 }
 
 /// The event's name on every wire.

@@ -19,6 +19,7 @@ pub mod events;
 pub mod sim;
 
 pub mod files;
+pub mod json;
 pub mod plot;
 pub mod replay;
 pub mod report;

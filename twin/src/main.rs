@@ -41,19 +41,19 @@ struct SimArgs {
     #[arg(long)]
     object: Option<ObjectKind>,
     /// Its mass.
-    #[arg(long, value_name = "KG", value_parser = within(0.001, 5.0))]
+    #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = within(0.001, 5.0))]
     mass: Option<f64>,
     /// Greatest acceleration of the arm [default: 5, and then 10, if no other option says what to do].
-    #[arg(long, value_name = "M_S2", value_parser = within(0.1, 50.0))]
+    #[arg(long, value_name = "M_S2", allow_negative_numbers = true, value_parser = within(0.1, 50.0))]
     accel: Option<f64>,
     /// Pressure of the grip.
-    #[arg(long, value_name = "KPA", value_parser = within(1.0, 160.0))]
+    #[arg(long, value_name = "KPA", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
     pressure: Option<f64>,
     /// Friction coefficient between fingers and object.
-    #[arg(long, value_name = "MU", value_parser = within(0.0, 2.0))]
+    #[arg(long, value_name = "MU", allow_negative_numbers = true, value_parser = within(0.0, 2.0))]
     friction: Option<f64>,
     /// Noise of the gauges, rms at the control tick.
-    #[arg(long, value_name = "UE", value_parser = within(0.0, 5_000.0))]
+    #[arg(long, value_name = "UE", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
     noise: Option<f64>,
     /// Seed of all noise.
     #[arg(long, value_name = "N")]

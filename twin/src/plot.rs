@@ -98,8 +98,11 @@ fn column(area: &DrawingArea<SVGBackend, Shift>, run: &Run) -> Result<(), Error>
 struct Line {
     name: String,
     color: RGBColor,
-    value: Box<dyn Fn(&Sample) -> Option<f64>>,
+    value: Box<Value>,
 }
+
+/// What a line shows; none leaves a gap.
+type Value = dyn Fn(&Sample) -> Option<f64>;
 
 fn panel(
     area: &DrawingArea<SVGBackend, Shift>,

@@ -11,8 +11,9 @@ use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
 
 use crate::arm::Phase;
-use crate::events::{TimedEvent, round};
+use crate::events::TimedEvent;
 use crate::gripper::Gripper;
+use crate::json::round;
 use crate::plant::{Plant, Truth};
 use crate::scenario::Scenario;
 

@@ -8,6 +8,8 @@ use finger::recipe::{self, Recipe};
 use finger::table::Table;
 use serde_json::{Value, json};
 
+use crate::json::round;
+
 /// Pressures of the paper's table 3, kPa.
 const PUBLISHED_KPA: [f64; 6] = [60.0, 80.0, 100.0, 120.0, 140.0, 160.0];
 
@@ -58,39 +60,24 @@ impl Report {
             size_of::<softgrip::table::FingerTable>(),
             table.error_bound_percent,
         );
-        let stiffness = |chain: &Chain| {
-            chain
-                .joint_stiffness_nm_per_rad
-                .map(|k| 1e3 * k * 1f64.to_radians())
-        };
+        for (name, values) in [
+            ("joint", std::array::from_fn(|i| format!("{}", i + 1))),
+            ("stiffness, N·mm/deg", stiffness(chain).map(two_decimals)),
+            (
+                "        published",
+                stiffness(&self.published).map(two_decimals),
+            ),
+            ("link mass, g", masses(chain).map(two_decimals)),
+            (
+                "        published",
+                masses(&self.published).map(two_decimals),
+            ),
+        ] {
+            let _ = writeln!(out, "{name:<24}  {}", columns(&values));
+        }
         let _ = writeln!(
             out,
-            "joint                     {}",
-            columns(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 0)
-        );
-        let _ = writeln!(
-            out,
-            "stiffness, N·mm/deg       {}",
-            columns(&stiffness(chain), 2)
-        );
-        let _ = writeln!(
-            out,
-            "          published       {}",
-            columns(&stiffness(&self.published), 2)
-        );
-        let _ = writeln!(
-            out,
-            "link mass, g              {}",
-            columns(&chain.link_mass_kg.map(|m| 1e3 * m), 2)
-        );
-        let _ = writeln!(
-            out,
-            "          published       {}\n",
-            columns(&self.published.link_mass_kg.map(|m| 1e3 * m), 2)
-        );
-        let _ = writeln!(
-            out,
-            " kPa  strain, µε  tip, deg  tip x, y, mm      joint torque, N·mm"
+            "\n kPa  strain, µε  tip, deg  tip x, y, mm      joint torque, N·mm"
         );
         for &pressure in &self.pressures_kpa {
             let tip = chain.tip_position_m(pressure);
@@ -101,14 +88,14 @@ impl Report {
                 chain.tip_angle_rad(pressure).to_degrees(),
                 1e3 * tip[0],
                 1e3 * tip[1],
-                columns(&torques(chain, pressure), 2),
+                columns(&torques(chain, pressure).map(two_decimals)),
             );
             if PUBLISHED_KPA.contains(&pressure) {
                 let _ = writeln!(
                     out,
                     "      published   {:8.2}                    {}",
                     self.published.tip_angle_rad(pressure).to_degrees(),
-                    columns(&torques(&self.published, pressure), 2),
+                    columns(&torques(&self.published, pressure).map(two_decimals)),
                 );
             }
         }
@@ -117,35 +104,50 @@ impl Report {
 
     /// For a program. Lists run over pressures, inner lists over joints.
     pub fn json(&self) -> Value {
-        let chain = &self.recipe.chain;
-        let table = &self.table;
-        let over = |value: &dyn Fn(f64) -> Value| -> Vec<Value> {
-            self.pressures_kpa.iter().map(|&p| value(p)).collect()
-        };
+        let (table, chain) = (&self.table, &self.recipe.chain);
+        let asked = &self.pressures_kpa;
         json!({
             "recipe": table.recipe,
             "inputs_hash": format!("{:016x}", table.inputs_hash),
             "max_pressure_kpa": table.max_pressure_kpa,
             "rows": table.rows.len(),
             "bytes": size_of::<softgrip::table::FingerTable>(),
-            "interpolation_error_percent": table.error_bound_percent,
-            "link_mass_g": chain.link_mass_kg.map(|m| 1e3 * m),
-            "joint_stiffness_nmm_per_deg": chain.joint_stiffness_nm_per_rad.map(|k| 1e3 * k * 1f64.to_radians()),
-            "pressure_kpa": self.pressures_kpa,
-            "free_strain_ue": over(&|p| json!(chain.free_strain_ue(p))),
-            "tip_angle_deg": over(&|p| json!(chain.tip_angle_rad(p).to_degrees())),
-            "tip_mm": over(&|p| json!(chain.tip_position_m(p).map(|m| 1e3 * m))),
-            "joint_angle_deg": over(&|p| json!(chain.joint_angles_rad(p).map(f64::to_degrees))),
-            "torque_nmm": over(&|p| json!(torques(chain, p))),
+            "interpolation_error_percent": number(table.error_bound_percent.into()),
+            "link_mass_g": masses(chain).map(number),
+            "joint_stiffness_nmm_per_deg": stiffness(chain).map(number),
+            "pressure_kpa": asked,
+            "free_strain_ue": over(asked, |p| number(chain.free_strain_ue(p))),
+            "tip_angle_deg": over(asked, |p| number(chain.tip_angle_rad(p).to_degrees())),
+            "tip_mm": over(asked, |p| chain.tip_position_m(p).map(|m| number(1e3 * m))),
+            "joint_angle_deg": over(asked, |p| chain.joint_angles_rad(p).map(|a| number(a.to_degrees()))),
+            "torque_nmm": over(asked, |p| torques(chain, p).map(number)),
             "published": {
-                "joint_stiffness_nmm_per_deg": self.published.joint_stiffness_nm_per_rad.map(|k| 1e3 * k * 1f64.to_radians()),
-                "link_mass_g": self.published.link_mass_kg.map(|m| 1e3 * m),
+                "joint_stiffness_nmm_per_deg": stiffness(&self.published).map(number),
+                "link_mass_g": masses(&self.published).map(number),
                 "pressure_kpa": PUBLISHED_KPA,
-                "tip_angle_deg": PUBLISHED_KPA.map(|p| self.published.tip_angle_rad(p).to_degrees()),
-                "torque_nmm": PUBLISHED_KPA.map(|p| torques(&self.published, p)),
+                "tip_angle_deg": over(&PUBLISHED_KPA, |p| number(self.published.tip_angle_rad(p).to_degrees())),
+                "torque_nmm": over(&PUBLISHED_KPA, |p| torques(&self.published, p).map(number)),
             },
         })
     }
+}
+
+fn number(x: f64) -> f64 {
+    round(x, 6)
+}
+
+fn over<T>(pressures_kpa: &[f64], value: impl Fn(f64) -> T) -> Vec<T> {
+    pressures_kpa.iter().map(|&p| value(p)).collect()
+}
+
+fn stiffness(chain: &Chain) -> [f64; LINKS] {
+    chain
+        .joint_stiffness_nm_per_rad
+        .map(|k| 1e3 * k * 1f64.to_radians())
+}
+
+fn masses(chain: &Chain) -> [f64; LINKS] {
+    chain.link_mass_kg.map(|kg| 1e3 * kg)
 }
 
 /// The paper's own finger.
@@ -161,6 +163,10 @@ fn torques(chain: &Chain, pressure_kpa: f64) -> [f64; LINKS] {
     chain.joint_torques_nm(pressure_kpa).map(|nm| 1e3 * nm)
 }
 
-fn columns(values: &[f64; LINKS], decimals: usize) -> String {
-    values.map(|value| format!("{value:8.decimals$}")).concat()
+fn two_decimals(value: f64) -> String {
+    format!("{value:.2}")
+}
+
+fn columns(values: &[String; LINKS]) -> String {
+    values.iter().map(|value| format!("{value:>8}")).collect()
 }

@@ -1,0 +1,266 @@
+//! The command `softgrip` as its users call it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn softgrip(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_softgrip"))
+        .args(args)
+        .output()
+        .expect("softgrip starts")
+}
+
+fn json_lines(output: &Output) -> Vec<Value> {
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("every line is JSON"))
+        .collect()
+}
+
+fn simulate(object: &str, mass: &str, accel: &str, more: &[&str]) -> Value {
+    let mut args = vec![
+        "sim", "--object", object, "--mass", mass, "--accel", accel, "--json",
+    ];
+    args.extend(more);
+    let mut runs = json_lines(&softgrip(&args));
+    assert_eq!(runs.len(), 1);
+    runs.remove(0)
+}
+
+fn count(run: &Value, event: &str) -> usize {
+    let events = run["events"].as_array().expect("a list of events");
+    events.iter().filter(|e| e["event"] == event).count()
+}
+
+/// A refusal: status 2, nothing on standard output, and all of these words on standard error.
+fn refused(args: &[&str], words: &[&str]) {
+    let output = softgrip(args);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
+    assert!(output.stdout.is_empty(), "{args:?}");
+    assert!(!error.contains("panicked"), "{error}");
+    for word in words {
+        assert!(error.contains(word), "{args:?}: no {word:?} in {error}");
+    }
+}
+
+fn temporary() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary directory")
+}
+
+#[test]
+fn objects_that_are_held_in_the_paper_are_held_in_silence() {
+    for (object, mass, accel) in [
+        ("sphere", "0.15", "2"),
+        ("sphere", "0.15", "5"),
+        ("cylinder", "0.08", "2"),
+        ("cylinder", "0.08", "5"),
+    ] {
+        let run = simulate(object, mass, accel, &[]);
+        assert_eq!(run["outcome"], "hold", "{run}");
+        for field in ["slid_at_s", "collapse_at_s", "flagged_at_s", "latency_ms"] {
+            assert!(run[field].is_null(), "{field} in {run}");
+        }
+        assert_eq!(count(&run, "holding"), 1);
+        assert_eq!(count(&run, "slip"), 0, "{run}");
+        assert_eq!(count(&run, "lost"), 0);
+        assert_eq!(count(&run, "released"), 1);
+    }
+}
+
+#[test]
+fn objects_that_fall_in_the_paper_are_reported_lost_once_and_in_time() {
+    for (object, mass, accel, outcome) in [
+        ("sphere", "0.25", "5", "pick"),
+        ("sphere", "0.25", "10", "pick"),
+        ("cylinder", "0.15", "10", "pick"),
+        ("sphere", "0.15", "10", "transfer"),
+    ] {
+        for noise in ["20", "100"] {
+            let run = simulate(object, mass, accel, &["--noise", noise]);
+            assert_eq!(run["outcome"], outcome, "{run}");
+            assert_eq!(count(&run, "lost"), 1, "{run}");
+            assert_eq!(count(&run, "released"), 0, "{run}");
+            let latency = run["latency_ms"].as_f64().expect("a latency");
+            assert!(latency <= 25.0, "{run}");
+            // Not before the object moved at all.
+            assert!(run["flagged_at_s"].as_f64() > run["slid_at_s"].as_f64());
+        }
+    }
+}
+
+#[test]
+fn without_arguments_a_sphere_is_held_and_then_lost() {
+    let runs = json_lines(&softgrip(&["sim", "--json"]));
+    let outcomes: Vec<_> = runs.iter().map(|run| run["outcome"].clone()).collect();
+    assert_eq!(outcomes, ["hold", "transfer"]);
+}
+
+#[test]
+fn a_seed_gives_the_same_files_to_the_bit_and_another_seed_others() {
+    let files = |seed: &str| {
+        let dir = temporary();
+        let out = dir.path().to_str().expect("a path in UTF-8");
+        let output = softgrip(&[
+            "sim", "--accel", "10", "--seed", seed, "--out", out, "--json",
+        ]);
+        assert!(output.status.success());
+        ["trace.csv", "trace.svg"].map(|name| std::fs::read(dir.path().join(name)).expect(name))
+    };
+    let first = files("7");
+    assert!(first == files("7"), "two runs with one seed differ");
+    assert!(first[0] != files("8")[0], "two seeds give one trace");
+    assert!(first[1].starts_with(b"<svg"));
+}
+
+#[test]
+fn a_replayed_simulation_reports_what_the_simulation_reported() {
+    let dir = temporary();
+    let out = dir.path().to_str().expect("a path in UTF-8");
+    let run = simulate("sphere", "0.25", "5", &["--out", out]);
+    let trace = dir.path().join("trace.csv");
+    let trace = trace.to_str().expect("a path in UTF-8");
+    let replayed = json_lines(&softgrip(&["replay", trace, "--json"]));
+    let live = run["events"].as_array().expect("a list of events");
+    assert_eq!(replayed.len(), live.len());
+    for (replayed, live) in replayed.iter().zip(live) {
+        assert_eq!(replayed["event"], live["event"]);
+        let [a, b] = [replayed, live].map(|e| e["t_s"].as_f64().expect("a time"));
+        // The decimals of the trace may move an event by a tick or two.
+        assert!((a - b).abs() < 0.0025, "{replayed} and {live}");
+    }
+}
+
+/// A trace by hand: a grip, a plateau, and what `end` says; strain as a contact-only gauge shows it.
+fn hand_made(rate_hz: u32, lost: bool) -> String {
+    let mut text = String::from("t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa\n");
+    let (mut pressure, mut command) = (0.0f64, 0.0f64);
+    let steps = 4 * rate_hz;
+    for i in 0..=steps {
+        let t = f64::from(i) / f64::from(rate_hz);
+        let asked = if (0.2..3.2).contains(&t) { 140.0 } else { 0.0 };
+        let dt = 1.0 / f64::from(rate_hz);
+        command += (asked - command).clamp(-400.0 * dt, 400.0 * dt);
+        pressure += (command - pressure) * (1.0 - (-dt / 0.07).exp());
+        let full = 4_000.0 * ((pressure - 60.0) / 80.0).clamp(0.0, 1.0);
+        let left = if lost {
+            (1.0 - (t - 2.0) / 0.040).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        let strain = full * left;
+        text += &format!("{t:.4},{strain:.1},{strain:.1},{strain:.1},{pressure:.2},{asked}\n");
+    }
+    text
+}
+
+#[test]
+fn a_hand_made_trace_at_any_rate_is_judged_the_same() {
+    let dir = temporary();
+    for rate in [100, 1_000, 10_000] {
+        for lost in [false, true] {
+            let path = dir.path().join(format!("{rate}-{lost}.csv"));
+            std::fs::write(&path, hand_made(rate, lost)).expect("a trace");
+            let path = path.to_str().expect("a path in UTF-8");
+            let output = softgrip(&["replay", path, "--gauge", "contact", "--json"]);
+            let events = json_lines(&output);
+            let names: Vec<_> = events.iter().filter_map(|e| e["event"].as_str()).collect();
+            let end = if lost { "lost" } else { "released" };
+            assert_eq!(
+                names,
+                ["contact", "contact", "contact", "holding", end],
+                "{rate} Hz"
+            );
+            if lost {
+                let t = events[4]["t_s"].as_f64().expect("a time");
+                assert!((2.0..2.025).contains(&t), "{rate} Hz: {t}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_table_shows_the_published_finger_and_its_error() {
+    let recipe = concat!(env!("CARGO_MANIFEST_DIR"), "/../recipes/paper.toml");
+    let table = &json_lines(&softgrip(&["table", "--recipe", recipe, "--json"]))[0];
+    let error = table["interpolation_error_percent"].as_f64();
+    assert!(error.is_some_and(|e| e > 0.0 && e <= 0.1), "{error:?}");
+    assert_eq!(table["tip_angle_deg"], table["published"]["tip_angle_deg"]);
+    assert_eq!(table["torque_nmm"][4][0], 48.08);
+    let text = String::from_utf8(softgrip(&["table", "--recipe", recipe]).stdout);
+    assert!(text.is_ok_and(|text| text.contains("48.08") && text.contains("91.22")));
+}
+
+#[test]
+fn wrong_options_are_refused_with_what_would_be_right() {
+    refused(&["sim", "--colour", "red"], &["--colour"]);
+    refused(&["sim", "--mass", "-1"], &["--mass", "within 0.001 and 5"]);
+    refused(
+        &["sim", "--accel", "NaN"],
+        &["--accel", "within 0.1 and 50"],
+    );
+    refused(&["sim", "--pressure", "200"], &["within 1 and 160"]);
+    refused(&["sim", "--object", "cube"], &["sphere", "cylinder"]);
+    refused(&["fly"], &["fly"]);
+    refused(
+        &["table", "--pressure", "60,170"],
+        &["--pressure 170", "within 0 and 160"],
+    );
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_to_is_refused_before_any_work() {
+    let dir = temporary();
+    let file = dir.path().join("file");
+    std::fs::write(&file, "in the way").expect("a file");
+    let path = file.to_str().expect("a path in UTF-8");
+    refused(&["sim", "--out", path], &[path, "not a directory"]);
+}
+
+#[test]
+fn bad_traces_and_recipes_are_refused_by_file_and_line() {
+    let dir = temporary();
+    let put = |name: &str, text: &str| {
+        let path = dir.path().join(name);
+        std::fs::write(&path, text).expect("a file");
+        path.to_str().expect("a path in UTF-8").to_string()
+    };
+    let header = "t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa\n";
+    let empty = put("empty.csv", "");
+    refused(&["replay", &empty], &["empty.csv", "line 1", "t_s"]);
+    let nan = put(
+        "nan.csv",
+        &format!("{header}0,0,0,0,0,0\n0.001,0,0,nan,0,0\n"),
+    );
+    refused(
+        &["replay", &nan],
+        &["nan.csv", "line 3", "strain3_ue", "finite"],
+    );
+    let back = put("back.csv", &format!("{header}1,0,0,0,0,0\n0.5,0,0,0,0,0\n"));
+    refused(
+        &["replay", &back],
+        &["back.csv", "line 3", "time must rise"],
+    );
+    let fast = put(
+        "fast.csv",
+        &format!("{header}0,0,0,0,0,0\n0.00001,0,0,0,0,0\n"),
+    );
+    refused(
+        &["replay", &fast],
+        &["fast.csv", "line 3", "100 Hz and 10 kHz"],
+    );
+    refused(&["replay", "no-such-file.csv"], &["no-such-file.csv"]);
+
+    let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/../recipes/paper.toml");
+    let paper = std::fs::read_to_string(Path::new(paper)).expect("the recipe");
+    let bad = put("bad.toml", &paper.replace("[3.94, 3.94", "[3.94, -3.94"));
+    refused(
+        &["table", "--recipe", &bad],
+        &["bad.toml", "links.mass_g[1]", "-3.94", "must lie within"],
+    );
+    let bad = put("less.toml", &paper.replace("distance_mm = 1.0", ""));
+    refused(&["table", "--recipe", &bad], &["less.toml", "distance_mm"]);
+}
