@@ -287,3 +287,119 @@ fn complementary(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<DVector<f64>> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const GRIP: Grip = Grip {
+        link_length_m: [0.018, 0.018, 0.018, 0.018, 0.018, 0.010],
+        joint_stiffness_nm_per_rad: [0.236, 0.112, 0.107, 0.096, 0.093, 0.064],
+        free_angle_rad: [0.2, 0.22, 0.29, 0.23, 0.24, 0.11],
+        palm_radius_m: 39.98e-3,
+        link_radius_m: 4.5e-3,
+        friction: 0.8,
+    };
+    const SPHERE: Object = Object::Sphere { radius_m: 35e-3 };
+    const CYLINDER: Object = Object::Cylinder {
+        radius_m: 35e-3,
+        height_m: 70e-3,
+    };
+
+    #[test]
+    fn complementarity_is_what_it_says() {
+        let mut runner = proptest::test_runner::TestRunner::default();
+        let entries = prop::collection::vec(-1.0f64..1.0, 20 + 5);
+        let checked = runner.run(&entries, |entries| {
+            let half = DMatrix::from_column_slice(5, 4, &entries[..20]);
+            let m = &half * half.transpose() + DMatrix::identity(5, 5) * 0.1;
+            let q = DVector::from_column_slice(&entries[20..]);
+            let z = complementary(&m, &q).expect("definite");
+            let w = &m * &z + &q;
+            prop_assert!(z.min() >= 0.0 && w.min() > -1e-9 && z.dot(&w).abs() < 1e-9);
+            Ok(())
+        });
+        checked.expect("holds for all");
+        let no_way = DMatrix::from_element(1, 1, -1.0);
+        assert!(complementary(&no_way, &DVector::from_element(1, -1.0)).is_none());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+        #[test]
+        fn a_hold_is_an_equilibrium_without_overlap(
+            share in 0.3f64..1.2,
+            depth in 0.03f64..0.075,
+            friction in 0.0f64..0.9,
+            sphere in any::<bool>(),
+        ) {
+            let grip = Grip {
+                free_angle_rad: GRIP.free_angle_rad.map(|angle| share * angle),
+                friction,
+                ..GRIP
+            };
+            let object = if sphere { SPHERE } else { CYLINDER };
+            let hold = grip.close(object, depth).expect("closes");
+            let joints = grip.joints(&hold.joint_angle_rad);
+            for touch in object.touches([depth, grip.palm_radius_m], &joints, grip.link_radius_m) {
+                prop_assert!(touch.gap_m > -1e-7, "{:?}", touch);
+            }
+            // Joint by joint: the springs carry what the contacts exert.
+            for (i, joint) in joints.iter().enumerate().take(LINKS) {
+                let torque: f64 = hold.contacts.iter().zip(&hold.normal_n)
+                    .filter(|(contact, _)| contact.link >= i)
+                    .map(|(contact, normal)| {
+                        contact::moment(contact.point_m, *joint, contact.force_n(*normal))
+                    })
+                    .sum();
+                let spring = grip.joint_stiffness_nm_per_rad[i]
+                    * (grip.free_angle_rad[i] - hold.joint_angle_rad[i]);
+                prop_assert!((torque - spring).abs() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn without_pressure_nothing_is_held() {
+        let limp = Grip {
+            free_angle_rad: [0.0; LINKS],
+            ..GRIP
+        };
+        let hold = limp.close(SPHERE, 39e-3).expect("does not touch");
+        assert!(hold.contacts.is_empty());
+        assert_eq!(hold.lift_n, 0.0);
+    }
+
+    #[test]
+    fn the_strongest_hold_is_no_weaker_than_the_first() {
+        for (object, depth) in [(SPHERE, 39e-3), (CYLINDER, 57e-3), (SPHERE, 45e-3)] {
+            let first = GRIP.close(object, depth).expect("closes");
+            let strongest = GRIP.strongest(object, depth).expect("closes");
+            assert!(strongest.lift_n >= first.lift_n && strongest.depth_m >= depth);
+            let weight = strongest.max_mass_kg(2.0) * (GRAVITY_M_S2 + 2.0);
+            assert!((weight - strongest.lift_n).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let big = Object::Sphere { radius_m: 36e-3 };
+        let error = GRIP.close(big, 39e-3).expect_err("too big");
+        assert_eq!(
+            error.to_string(),
+            "the object overlaps the open fingers by 0.520 mm"
+        );
+        let flat = Object::Cylinder {
+            radius_m: 35e-3,
+            height_m: 0.0,
+        };
+        let error = GRIP.close(flat, 57e-3).expect_err("no height");
+        assert_eq!(error.to_string(), "object height = 0: must be positive");
+        let broken = Grip {
+            free_angle_rad: [f64::NAN; LINKS],
+            ..GRIP
+        };
+        assert!(broken.close(SPHERE, 39e-3).is_err());
+    }
+}

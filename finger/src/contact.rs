@@ -167,3 +167,109 @@ pub fn is_stable(contacts: &[Contact], normal_n: &[f64], friction: f64) -> bool 
         .zip(normal_n)
         .all(|(contact, &normal)| contact.friction_n.abs() <= friction * normal)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LENGTHS_M: [f64; LINKS] = [0.018, 0.018, 0.018, 0.018, 0.018, 0.010];
+    const STIFFNESS: [f64; LINKS] = [0.236, 0.112, 0.107, 0.096, 0.093, 0.064];
+
+    /// A contact in the middle of a link whose radius is 4.5 mm.
+    fn contact(held: &[f64; LINKS], link: usize, friction_n: f64) -> Contact {
+        let mut sum = 0.0;
+        let link_angle = held.map(|angle| {
+            sum += angle;
+            sum
+        });
+        let joint = links::joints_m(&LENGTHS_M, &link_angle)[link];
+        let (sin, cos) = link_angle[link].sin_cos();
+        let half = LENGTHS_M[link] / 2.0;
+        Contact {
+            link,
+            point_m: [
+                joint[0] + half * cos - 4.5e-3 * sin,
+                joint[1] + half * sin + 4.5e-3 * cos,
+            ],
+            normal: [-sin, cos],
+            friction_n,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn returns_the_forces_that_hold_the_chain(
+            held in prop::array::uniform6(-0.1f64..0.3),
+            normal in prop::array::uniform6(0.0f64..2.0),
+            share in prop::array::uniform6(-0.8f64..0.8),
+        ) {
+            let contacts: Vec<Contact> = (0..LINKS)
+                .map(|link| contact(&held, link, share[link] * normal[link]))
+                .collect();
+            // The angles that the chain would have without the forces, joint by joint from the sum itself.
+            let mut sum = 0.0;
+            let angles = held.map(|angle| { sum += angle; sum });
+            let joints = links::joints_m(&LENGTHS_M, &angles);
+            let free = std::array::from_fn(|i| {
+                let torque: f64 = (i..LINKS)
+                    .map(|j| moment(contacts[j].point_m, joints[i], contacts[j].force_n(normal[j])))
+                    .sum();
+                held[i] + torque / STIFFNESS[i]
+            });
+            let balance = balance(&LENGTHS_M, &STIFFNESS, &free, &held, &contacts);
+            // Rounding may turn a normal force of nothing into a pull of nothing.
+            prop_assume!(normal.iter().all(|normal| *normal > 1e-6));
+            let balance = balance.expect("all press");
+            for (found, normal) in balance.normal_n.iter().zip(normal) {
+                prop_assert!((found - normal).abs() < 1e-9);
+            }
+            for missing in balance.missing_torque_nm {
+                prop_assert!(missing.abs() < 1e-12);
+            }
+            prop_assert!(is_stable(&contacts, &balance.normal_n, 0.8));
+        }
+    }
+
+    #[test]
+    fn without_friction_the_lever_is_along_the_link() {
+        // Eq. 31 without weight: a single contact in the middle of the last link.
+        let mut free = [0.1; LINKS];
+        let held = free;
+        free[5] += 0.2;
+        let tip = contact(&held, 5, 0.0);
+        let balance = balance(&LENGTHS_M, &STIFFNESS, &free, &held, &[tip]).expect("presses");
+        let expected = 2.0 * STIFFNESS[5] * 0.2 / LENGTHS_M[5];
+        assert!((balance.normal_n[0] - expected).abs() < 1e-12);
+        // The other joints were not bent back, so they lack torque: this is no equilibrium yet.
+        assert!(balance.missing_torque_nm[0] < -0.1);
+        // The last link points 0.6 rad inwards: its normal force lifts.
+        let lift = lift_n(&[tip], &balance.normal_n);
+        assert!((lift - 3.0 * expected * 0.6f64.sin()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn contacts_that_cannot_be_are_named() {
+        let held = [0.1; LINKS];
+        let solve = |free: [f64; LINKS], contacts: &[Contact]| {
+            balance(&LENGTHS_M, &STIFFNESS, &free, &held, contacts)
+        };
+        let (near, far) = (contact(&held, 2, 0.0), contact(&held, 4, 0.0));
+        let order = solve(held, &[far, near]);
+        assert_eq!(order, Err(ContactError::Order { link: 2 }));
+        let beyond = Contact { link: 6, ..far };
+        let beyond = solve(held, &[beyond]);
+        assert_eq!(beyond, Err(ContactError::NoSuchLink { link: 6 }));
+        let along = Contact {
+            point_m: [0.0; 2],
+            normal: [1.0, 0.0],
+            link: 0,
+            friction_n: 0.0,
+        };
+        let along = solve(held, &[along]);
+        assert_eq!(along, Err(ContactError::NoLever { link: 0 }));
+        let pulls = solve([0.0; LINKS], &[far]);
+        assert!(matches!(pulls, Err(ContactError::Pulls { link: 4, .. })));
+        assert!(!is_stable(&[contact(&held, 3, 0.9)], &[1.0], 0.8));
+    }
+}

@@ -26,8 +26,8 @@ pub enum CurveError {
         /// The bending stiffness, N·m².
         stiffness_nm2: f64,
     },
-    /// The force is so large that the shape cannot be followed.
-    #[error("the tip force of {force_n} N bends the finger beyond what can be followed")]
+    /// The force is not a number, or so large that the shape cannot be followed.
+    #[error("a tip force of {force_n} N gives no shape that can be followed")]
     Force {
         /// The force, N.
         force_n: f64,

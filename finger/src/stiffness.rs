@@ -24,6 +24,10 @@ pub fn virtual_loading(
     force_n: f64,
     stiffness_nm2: impl Fn(f64) -> f64,
 ) -> Result<[f64; LINKS], CurveError> {
+    // Without a force there is neither torque nor angle to divide.
+    if !(force_n > 0.0) {
+        return Err(CurveError::Force { force_n });
+    }
     let curve = Curve::under_tip_force(arc_m, force_n, stiffness_nm2)?;
     let link_angle = links::link_angles_rad(&curve, link_length_m);
     let joint_angle = links::joint_angles_rad(&link_angle);
@@ -54,6 +58,7 @@ mod tests {
         for (small, strong) in joints.iter().zip(strong.expect("moderate")) {
             assert!((small / strong - 1.0).abs() < 0.02);
         }
-        assert!(virtual_loading(grid, &LENGTHS_M, 0.25, |_| 0.0).is_err());
+        assert!(virtual_loading(grid.clone(), &LENGTHS_M, 0.25, |_| 0.0).is_err());
+        assert!(virtual_loading(grid, &LENGTHS_M, 0.0, |_| stiffness).is_err());
     }
 }
