@@ -29,12 +29,12 @@ as_root() {
     if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
 }
 
-# Debian 12's security archive follows recent compilers for its web browsers. `rust-lld` in there is
-# a link into lld-22.
+# Debian 12's security archive follows recent compilers for its web browsers. Its `rust-lld`, from
+# rust-web-llvm, is a link into lld-22.
 export DEBIAN_FRONTEND=noninteractive
 as_root apt-get update -q >&2
 as_root apt-get install -qy --no-install-recommends \
-    rustc-web cargo-web rust-web-src rust-web-clippy lld-22 >&2
+    rustc-web cargo-web rust-web-src rust-web-clippy rust-web-llvm lld-22 >&2
 rustup toolchain link debian /usr >&2
 
 scratch=$(mktemp -d)

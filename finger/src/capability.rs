@@ -50,13 +50,15 @@ pub struct Hold {
 /// Why a grip cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum GripError {
-    /// A dimension is not a positive number.
-    #[error("{name} = {value}: must be positive")]
-    Dimension {
-        /// The dimension.
+    /// A dimension, stiffness, angle or coefficient is out of range.
+    #[error("{name} = {value}: must be {expected}")]
+    Value {
+        /// The quantity.
         name: &'static str,
         /// Its value, SI.
         value: f64,
+        /// What would be right.
+        expected: &'static str,
     },
     /// The object overlaps the straight fingers.
     #[error("the object overlaps the open fingers by {:.3} mm", 1e3 * overlap_m)]
@@ -130,9 +132,23 @@ impl Grip {
             self.joint_stiffness_nm_per_rad
                 .map(|k| ("joint stiffness", k)),
         );
-        for (name, value) in dimensions {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(GripError::Dimension { name, value });
+        let positive = dimensions
+            .into_iter()
+            .map(|(name, value)| (name, value, value > 0.0, "positive"));
+        let friction = self.friction;
+        let rest = [("friction", friction, friction >= 0.0, "not negative")]
+            .into_iter()
+            .chain(
+                self.free_angle_rad
+                    .map(|angle| ("free angle", angle, true, "finite")),
+            );
+        for (name, value, ok, expected) in positive.chain(rest) {
+            if !(value.is_finite() && ok) {
+                return Err(GripError::Value {
+                    name,
+                    value,
+                    expected,
+                });
             }
         }
         let overlap_m = radius + self.link_radius_m - self.palm_radius_m;
@@ -307,22 +323,22 @@ mod tests {
         height_m: 70e-3,
     };
 
-    #[test]
-    fn complementarity_is_what_it_says() {
-        let mut runner = proptest::test_runner::TestRunner::default();
-        let entries = prop::collection::vec(-1.0f64..1.0, 20 + 5);
-        let checked = runner.run(&entries, |entries| {
+    proptest! {
+        #[test]
+        fn complementarity_is_what_it_says(entries in prop::collection::vec(-1.0f64..1.0, 25)) {
             let half = DMatrix::from_column_slice(5, 4, &entries[..20]);
             let m = &half * half.transpose() + DMatrix::identity(5, 5) * 0.1;
             let q = DVector::from_column_slice(&entries[20..]);
             let z = complementary(&m, &q).expect("definite");
             let w = &m * &z + &q;
             prop_assert!(z.min() >= 0.0 && w.min() > -1e-9 && z.dot(&w).abs() < 1e-9);
-            Ok(())
-        });
-        checked.expect("holds for all");
-        let no_way = DMatrix::from_element(1, 1, -1.0);
-        assert!(complementary(&no_way, &DVector::from_element(1, -1.0)).is_none());
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_complementary_has_no_answer() {
+        let m = DMatrix::from_element(1, 1, -1.0);
+        assert!(complementary(&m, &DVector::from_element(1, -1.0)).is_none());
     }
 
     proptest! {

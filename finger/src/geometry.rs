@@ -317,3 +317,100 @@ impl Geometry {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECIPE: &str = include_str!("../../recipes/rtv225.toml");
+
+    fn check(text: &str) -> Result<Geometry, String> {
+        let description: Description =
+            toml::from_str(text).map_err(|error| error.message().to_string())?;
+        description.check().map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn sections_are_linear_between_stations_and_constant_beyond() {
+        let finger = check(RECIPE).expect("a good finger");
+        let [root, tip] = [0.0, 0.09].map(|s| finger.section(s));
+        assert_eq!((root, tip), (finger.stations[0].1, finger.stations[1].1));
+        let middle = finger.section(0.045);
+        let mean = (root.outer_radius_m + tip.outer_radius_m) / 2.0;
+        assert!((middle.outer_radius_m - mean).abs() < 1e-15);
+        assert_eq!(finger.section(0.1), tip);
+        assert_eq!(finger.section(-1.0), root);
+    }
+
+    #[test]
+    fn masses_are_the_integral_of_the_area() {
+        let finger = check(RECIPE).expect("a good finger");
+        let n = 100_000;
+        let step = finger.length_m() / f64::from(n);
+        let total: f64 = (0..n)
+            .map(|i| finger.area_m2((f64::from(i) + 0.5) * step) * step)
+            .sum();
+        let links: f64 = finger.link_masses_kg().iter().sum();
+        assert!((links / (finger.density_kg_per_m3 * total) - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn every_wrong_value_is_named_with_what_would_be_right() {
+        for (from, to, expected) in [
+            (
+                "at_mm = 90.0",
+                "at_mm = 0.0",
+                "station[1].at_mm = 0: must lie beyond the station before it, 0 mm",
+            ),
+            (
+                "bore_offset_mm = 2.434",
+                "bore_offset_mm = 4.9",
+                "station[0].bore_radius_mm = 5.224: the wall opposite the flat is -0.141 mm thick: bore offset plus bore radius must stay below the outer radius",
+            ),
+            (
+                "end_mm = 90.10",
+                "end_mm = 190.1",
+                "bore.end_mm = 190.1: must lie within 0.1 and 100",
+            ),
+            (
+                "youngs_modulus_kpa = 550.0",
+                "youngs_modulus_kpa = 0.55",
+                "rubber.youngs_modulus_kpa = 0.55: must lie within 10 and 100000",
+            ),
+            (
+                "[0.1, 0.02,",
+                "[nan, 0.02,",
+                "rubber.yeoh_mpa[0] = NaN: must lie within 0.001 and 1",
+            ),
+            (
+                "to_mm = 45.0",
+                "to_mm = 0.0",
+                "gauge.to_mm = 0: must lie beyond gauge.from_mm, 0 mm",
+            ),
+            (
+                "flat_half_angle_deg = 56.10",
+                "flat_half_angle_deg = 95.0",
+                "section.flat_half_angle_deg = 95: must lie within 0 and 89",
+            ),
+            (
+                "max_pressure_kpa = 160.0",
+                "max_pressure_kpa = 160.0\ncolour = 1",
+                "unknown field `colour`",
+            ),
+            (
+                "inertia_factor = 0.2556",
+                "",
+                "missing field `inertia_factor`",
+            ),
+            (
+                "kind = \"geometry\"",
+                "kind = \"measured\"",
+                "unknown variant `measured`",
+            ),
+        ] {
+            assert!(RECIPE.contains(from), "{from} is not in the recipe");
+            let message = check(&RECIPE.replacen(from, to, 1)).expect_err("the recipe is wrong");
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

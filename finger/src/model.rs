@@ -158,3 +158,70 @@ fn linear(x: &[f64], y: &[f64], at: f64) -> f64 {
     let t = (at - x[after - 1]) / (x[after] - x[after - 1]);
     y[after - 1] + t * (y[after] - y[after - 1])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Description;
+
+    const RECIPE: &str = include_str!("../../recipes/rtv225.toml");
+
+    fn geometry() -> Geometry {
+        let description: Description = toml::from_str(RECIPE).expect("a good recipe");
+        description.check().expect("a good finger")
+    }
+
+    #[test]
+    fn the_whole_table_rises_from_zero() {
+        let pressures: Vec<f64> = (0..65).map(|k| 2.5 * f64::from(k)).collect();
+        let solved = geometry().solve(&pressures).expect("solves");
+        assert_eq!(solved.bends.len(), 65);
+        assert!(solved.bends[0].curve.tip_angle_rad().abs() < 1e-9);
+        for pair in solved.bends.windows(2) {
+            for i in 0..LINKS {
+                assert!(pair[1].joint_angle_rad[i] > pair[0].joint_angle_rad[i]);
+            }
+            for i in 0..solved.arc_m.len() {
+                assert!(pair[1].stretch[i] > pair[0].stretch[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn sections_are_close_enough_along_the_finger() {
+        let geometry = geometry();
+        let solved = geometry.solve(&[160.0]).expect("solves");
+        let mut between = 0.0f64;
+        for pair in solved.arc_m.windows(2) {
+            let middle = (pair[0] + pair[1]) / 2.0;
+            let states = geometry.inflate(&[middle], &[160.0]).expect("solves");
+            let linear = linear(&solved.arc_m, &solved.bends[0].curvature_per_m, middle);
+            between = between.max((linear / states[0][0].curvature_per_m - 1.0).abs());
+        }
+        assert!(between < 1e-3, "{between}");
+    }
+
+    #[test]
+    fn an_error_says_where_and_at_which_pressure() {
+        let stiff = RECIPE.replacen("yeoh_mpa = [0.1, 0.02, 0.0002]", "", 1);
+        let description: Description = toml::from_str(&stiff).expect("a good recipe");
+        let linear = description.check().expect("a good finger");
+        let error = linear
+            .solve(&[20.0, 160.0])
+            .expect_err("neo-Hookean balloons");
+        let message = error.to_string();
+        assert!(
+            message.contains("mm from the clamp: the section balloons at about"),
+            "{message}"
+        );
+        assert!(linear.solve(&[20.0]).is_ok());
+        assert!(geometry().solve(&[20.0, 10.0]).is_err());
+        assert!(
+            geometry()
+                .solve(&[])
+                .expect("nothing to solve")
+                .bends
+                .is_empty()
+        );
+    }
+}

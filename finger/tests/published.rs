@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use finger::capability::{GRAVITY_M_S2, Grip, Object};
 use finger::chain::LINKS;
 use finger::geometry::{Description, Geometry};
 use finger::model::Solved;
@@ -12,6 +13,8 @@ struct Published {
     link: Link,
     joint: Joint,
     moment: Vec<Moment>,
+    contact: Contact,
+    outcome: Vec<Outcome>,
 }
 
 #[derive(Deserialize)]
@@ -28,6 +31,21 @@ struct Joint {
 struct Moment {
     pressure_kpa: f64,
     torque_nmm: [f64; LINKS],
+}
+
+#[derive(Deserialize)]
+struct Contact {
+    friction_static: f64,
+    object_diameter_mm: f64,
+    pressure_kpa: f64,
+}
+
+#[derive(Deserialize)]
+struct Outcome {
+    object: String,
+    mass_g: f64,
+    acceleration_m_s2: Vec<f64>,
+    result: Vec<String>,
 }
 
 impl Published {
@@ -107,11 +125,11 @@ fn straight_tapers_give_the_published_finger() {
     let pressures = Published::read().pressures_kpa();
     let errors = errors(&geometry("rtv225.toml").solve(&pressures).expect("solves"));
     println!("{errors:.2?}");
-    // Link 5 lacks 3 %: straight tapers have no room for the bore's rounded end, which is in it.
+    // Link 5 lacks 3 %: straight tapers do not have whatever makes it heavier than its neighbours.
     assert!(within(&errors.mass_percent[..4], 0.3), "{errors:.2?}");
     assert!(within(&errors.mass_percent[5..], 0.3), "{errors:.2?}");
-    assert!(within(&errors.stiffness_percent, 5.0), "{errors:.2?}");
-    assert!(within(&errors.tip_angle_percent, 6.0), "{errors:.2?}");
+    assert!(within(&errors.stiffness_percent, 4.0), "{errors:.2?}");
+    assert!(within(&errors.tip_angle_percent, 2.5), "{errors:.2?}");
     assert!(errors.joint_angle_rms_deg <= 1.1, "{errors:.2?}");
     assert!(
         within(&errors.chain_tip_percent_of_length, 0.3),
@@ -129,8 +147,8 @@ fn five_stations_come_closer() {
     );
     println!("{errors:.2?}");
     assert!(within(&errors.mass_percent, 0.3), "{errors:.2?}");
-    assert!(within(&errors.stiffness_percent, 5.0), "{errors:.2?}");
-    assert!(within(&errors.tip_angle_percent, 5.0), "{errors:.2?}");
+    assert!(within(&errors.stiffness_percent, 1.5), "{errors:.2?}");
+    assert!(within(&errors.tip_angle_percent, 2.0), "{errors:.2?}");
     assert!(errors.joint_angle_rms_deg <= 0.7, "{errors:.2?}");
     assert!(
         within(&errors.chain_tip_percent_of_length, 0.3),
@@ -138,10 +156,89 @@ fn five_stations_come_closer() {
     );
 }
 
+/// The gripper of the twin around one of its two objects: the lift that statics gives, N.
+fn lift_n(grip: &Grip, object: &str) -> f64 {
+    let diameter_m = 1e-3 * Published::read().contact.object_diameter_mm;
+    let radius_m = diameter_m / 2.0;
+    let (object, depth_m) = match object {
+        "sphere" => (Object::Sphere { radius_m }, 39e-3),
+        _ => (
+            Object::Cylinder {
+                radius_m,
+                height_m: diameter_m,
+            },
+            57e-3,
+        ),
+    };
+    grip.strongest(object, depth_m).expect("closes").lift_n
+}
+
+fn grip(link_length_m: [f64; LINKS], stiffness: [f64; LINKS], free: [f64; LINKS]) -> Grip {
+    Grip {
+        link_length_m,
+        joint_stiffness_nm_per_rad: stiffness,
+        free_angle_rad: free,
+        palm_radius_m: 39.98e-3,
+        link_radius_m: 4.5e-3,
+        friction: Published::read().contact.friction_static,
+    }
+}
+
+/// Two of the ten lie within 2 % of the lift (the sphere of 150 g at 10 m/s², that of 250 g at 2 m/s²): a
+/// millimetre of depth would turn them.
+#[test]
+fn statics_of_the_published_chain_gives_the_published_outcomes() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recipes/paper.toml");
+    let chain = finger::recipe::load(&path).expect("a good recipe").chain;
+    let published = Published::read();
+    let grip = grip(
+        chain.link_length_m,
+        chain.joint_stiffness_nm_per_rad,
+        chain.joint_angles_rad(published.contact.pressure_kpa),
+    );
+    let mut judged = 0;
+    for outcome in &published.outcome {
+        let lift = lift_n(&grip, &outcome.object);
+        for (acceleration, result) in outcome.acceleration_m_s2.iter().zip(&outcome.result) {
+            let needed = 1e-3 * outcome.mass_g * (GRAVITY_M_S2 + acceleration);
+            println!(
+                "{} {} g at {acceleration} m/s²: {needed:.2} N of {lift:.2} N, published: {result}",
+                outcome.object, outcome.mass_g,
+            );
+            match result.as_str() {
+                "unstated" => continue,
+                "hold" => assert!(lift > needed),
+                // In which phase it falls is not for statics to say.
+                _ => assert!(lift < needed),
+            }
+            judged += 1;
+        }
+    }
+    assert_eq!(judged, 10);
+}
+
+#[test]
+fn statics_of_the_modelled_finger_comes_close() {
+    let published = Published::read();
+    for recipe in ["rtv225.toml", "rtv225-stations.toml"] {
+        let pressure = published.contact.pressure_kpa;
+        let solved = geometry(recipe).solve(&[pressure]).expect("solves");
+        let grip = grip(
+            solved.link_length_m,
+            solved.joint_stiffness_nm_per_rad,
+            solved.bends[0].joint_angle_rad,
+        );
+        let [sphere, cylinder] = ["sphere", "cylinder"].map(|object| lift_n(&grip, object));
+        println!("{recipe}: sphere {sphere:.3} N, cylinder {cylinder:.3} N");
+        // What the published chain lifts, within the 5 % of its stiffness.
+        assert!((sphere / 2.93 - 1.0).abs() < 0.05);
+        assert!((cylinder / 1.45 - 1.0).abs() < 0.05);
+    }
+}
+
 #[test]
 fn no_law_proportional_to_pressure_fits() {
-    // The best gain for each joint by itself still misses the tip angle at the lowest pressure by half
-    // as much again as it is.
+    // The best gain for each joint by itself gives more than twice the tip angle at the lowest pressure.
     let published = Published::read();
     let pressures = published.pressures_kpa();
     let fitted: f64 = (0..LINKS)

@@ -170,9 +170,11 @@ fn panel(
         }
     }
     if lines.len() > 1 {
+        let legend_y = if words { 190 } else { 45 };
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperMiddle)
+            // Below the plateau, where no line ever is.
+            .position(SeriesLabelPosition::Coordinate(160, legend_y))
             .background_style(WHITE.mix(0.85))
             .label_font(("sans-serif", 12).into_font().color(&INK))
             .draw()?;
