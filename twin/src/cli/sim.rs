@@ -1,0 +1,127 @@
+//! `softgrip sim`: one pick-and-place run, or the two that show what this is about.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use finger::table::Table;
+use indicatif::{ProgressBar, ProgressStyle};
+use softgrip::settings::Settings;
+use twin::gripper::Gripper;
+use twin::scenario::{ObjectKind, Scenario};
+use twin::sim::Run;
+use twin::{files, plot, report, sim, trace};
+
+use super::{load_recipe, within};
+
+#[derive(Args, Default)]
+pub struct SimArgs {
+    /// What to pick up.
+    #[arg(long)]
+    object: Option<ObjectKind>,
+    /// Its mass.
+    #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = within(0.001, 5.0))]
+    mass: Option<f64>,
+    /// Greatest acceleration of the arm [default: 5, and then 10, if no other option says what to do].
+    #[arg(long, value_name = "M_S2", allow_negative_numbers = true, value_parser = within(0.1, 50.0))]
+    accel: Option<f64>,
+    /// Pressure of the grip.
+    #[arg(long, value_name = "KPA", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
+    pressure: Option<f64>,
+    /// Friction coefficient between fingers and object.
+    #[arg(long, value_name = "MU", allow_negative_numbers = true, value_parser = within(0.0, 2.0))]
+    friction: Option<f64>,
+    /// Noise of the gauges, rms at the control tick.
+    #[arg(long, value_name = "UE", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
+    noise: Option<f64>,
+    /// Seed of all noise.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Where trace.svg and trace.csv go [default: out, or nowhere with --json].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object per run.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
+    let out = match (&args.out, args.json) {
+        (Some(dir), _) => Some(dir.as_path()),
+        (None, false) => Some(Path::new("out")),
+        (None, true) => None,
+    };
+    if let Some(dir) = out {
+        files::prepare(dir)?;
+    }
+    let recipe = load_recipe(None)?;
+    let table = sim::leak_table(&Table::of(&recipe));
+    let gripper = Gripper::reference();
+    let mut runs = Vec::new();
+    for scenario in scenarios(args) {
+        let bar = progress_bar(&scenario);
+        let controller = sim::controller(table, &Settings::default())?;
+        let run = sim::run(&scenario, &gripper, &recipe.chain, controller, |share| {
+            bar.set_position((100.0 * share) as u64);
+        });
+        bar.finish_and_clear();
+        if args.json {
+            println!("{}", run.json());
+        } else {
+            println!("{}", report::timeline(&run));
+        }
+        runs.push(run);
+    }
+    if let Some(dir) = out {
+        files::write(dir, "trace.csv", &trace::of_runs(&runs)?)?;
+        files::write(dir, "trace.svg", plot::grasp(&runs)?.as_bytes())?;
+        if !args.json {
+            println!(
+                "picture and trace: {0}/trace.svg, {0}/trace.csv",
+                dir.display()
+            );
+        }
+    }
+    let mistakes: Vec<String> = runs.iter().filter_map(Run::mistake).collect();
+    for mistake in &mistakes {
+        eprintln!("softgrip: {mistake}");
+    }
+    Ok(ExitCode::from(u8::from(!mistakes.is_empty())))
+}
+
+/// One scenario; without any word on what to do, the two that show what this is about.
+fn scenarios(args: &SimArgs) -> Vec<Scenario> {
+    let default = Scenario::default();
+    let scenario = Scenario {
+        object: args.object.unwrap_or(default.object),
+        mass_kg: args.mass.unwrap_or(default.mass_kg),
+        accel_m_s2: args.accel.unwrap_or(default.accel_m_s2),
+        pressure_kpa: args.pressure.unwrap_or(default.pressure_kpa),
+        friction: args.friction.unwrap_or(default.friction),
+        noise_ue: args.noise.unwrap_or(default.noise_ue),
+        seed: args.seed.unwrap_or(default.seed),
+    };
+    let told = args.object.is_some()
+        || args.mass.is_some()
+        || args.accel.is_some()
+        || args.pressure.is_some()
+        || args.friction.is_some();
+    if told {
+        return vec![scenario];
+    }
+    let faster = Scenario {
+        accel_m_s2: 10.0,
+        ..scenario
+    };
+    vec![scenario, faster]
+}
+
+fn progress_bar(scenario: &Scenario) -> ProgressBar {
+    // indicatif draws to standard error, and only where that is a terminal.
+    let bar = ProgressBar::new(100);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %") {
+        bar.set_style(style);
+    }
+    bar.set_message(report::title(scenario));
+    bar
+}
