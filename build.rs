@@ -23,7 +23,7 @@ fn main() -> ExitCode {
 
 fn make_table(recipe: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let recipe = finger::recipe::load(recipe)?;
-    let table = finger::table::Table::of(&recipe);
+    let table = finger::table::Table::of(&recipe)?;
     let out = PathBuf::from(std::env::var("OUT_DIR")?).join("finger_table.rs");
     std::fs::write(out, table.to_rust())?;
     Ok(())

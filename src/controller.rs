@@ -141,6 +141,10 @@ impl Controller {
             touching: contact.touching,
             bend: contact.bend,
             level: self.detector.level(),
+            margin: self
+                .supervisor
+                .payload()
+                .map(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
             noise: noise.map(Microstrain),
         }
     }

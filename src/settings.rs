@@ -64,6 +64,8 @@ pub struct Settings {
     pub not_following_ms: f32,
     /// Lowest supply voltage.
     pub supply_min_v: f32,
+    /// Lift that a grip for a payload must have beyond the payload's load.
+    pub lift_margin_percent: f32,
     /// What the outputs do in a fault.
     pub on_fault: OnFault,
 }
@@ -93,6 +95,8 @@ impl Default for Settings {
             not_following_ms: 300.0,
             // 24 V − 15 %, the lower limit of most regulators.
             supply_min_v: 20.4,
+            // The finger's table is good for 6 % of bend, friction for a few percent more.
+            lift_margin_percent: 20.0,
             on_fault: OnFault::Hold,
         }
     }
@@ -146,6 +150,7 @@ pub struct Active {
     pub(crate) air_loss_kpa: f32,
     pub(crate) not_following_us: u64,
     pub(crate) supply_min: Volts,
+    pub(crate) lift_margin: f32,
     pub(crate) on_fault: OnFault,
 }
 
@@ -200,6 +205,12 @@ impl Settings {
             ("air_loss_kpa", self.air_loss_kpa, 1.0, 100.0),
             ("not_following_ms", self.not_following_ms, 10.0, 10_000.0),
             ("supply_min_v", self.supply_min_v, 0.0, 30.0),
+            (
+                "lift_margin_percent",
+                self.lift_margin_percent,
+                0.0,
+                1_000.0,
+            ),
         ] {
             // A NaN is in no range.
             if !(min..=max).contains(&value) {
@@ -231,6 +242,7 @@ impl Settings {
             air_loss_kpa: self.air_loss_kpa,
             not_following_us: micros(self.not_following_ms),
             supply_min: Volts(self.supply_min_v),
+            lift_margin: 0.01 * self.lift_margin_percent,
             on_fault: self.on_fault,
         })
     }

@@ -1,9 +1,11 @@
 //! The finger's table: free-bend strain, bend and joint torques against pressure, made by `build.rs`.
 
-use crate::units::{Degrees, Kilopascals, Microstrain};
+use crate::units::{Degrees, Kilopascals, Microstrain, Newtons};
 
 /// Links, and joints, of the equivalent chain (paper, section 4.1).
 pub const LINKS: usize = 6;
+/// Kinds of object in the table.
+pub const OBJECTS: usize = 2;
 /// Pressures in the table.
 pub const ROWS: usize = 81;
 
@@ -18,6 +20,18 @@ pub struct Row {
     pub tip_mm: [f32; 2],
     /// Joint torques, N·mm (paper, table 3).
     pub torque_nmm: [f32; LINKS],
+    /// Force of the three fingers against gravity on an object of each kind, N.
+    pub lift_n: [f32; OBJECTS],
+}
+
+/// A kind of object whose lift the table knows, in the size of the recipe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ObjectKind {
+    /// A sphere.
+    Sphere,
+    /// An upright cylinder.
+    Cylinder,
 }
 
 /// One finger on a uniform grid of pressures that starts at zero.
@@ -27,8 +41,11 @@ pub struct FingerTable {
     pub recipe: &'static str,
     /// First eight bytes of the SHA-256 of that recipe.
     pub inputs_hash: u64,
-    /// Largest deviation from the model between the rows, in percent of each column's full scale.
+    /// Largest deviation from the model between the rows, in percent of each column's full scale; lift
+    /// apart.
     pub error_bound_percent: f32,
+    /// The same for the lift.
+    pub lift_error_percent: f32,
     /// Pressure of the last row, kPa.
     pub max_pressure_kpa: f32,
     /// Joint stiffness, N·mm/deg (paper, table 2).
@@ -83,8 +100,28 @@ impl FingerTable {
             tip_angle_deg: self.between(place, |row| row.tip_angle_deg),
             tip_mm: core::array::from_fn(|i| self.between(place, |row| row.tip_mm[i])),
             torque_nmm: core::array::from_fn(|i| self.between(place, |row| row.torque_nmm[i])),
+            lift_n: core::array::from_fn(|i| self.between(place, |row| row.lift_n[i])),
         };
         (row, place.range)
+    }
+
+    /// Force of the three fingers against gravity before an object slides (statics).
+    pub fn lift(&self, kind: ObjectKind, pressure: Kilopascals) -> (Newtons, Range) {
+        let place = self.place(pressure);
+        let [sphere, cylinder] = [0, 1].map(|i| self.between(place, |row| row.lift_n[i]));
+        let lift = match kind {
+            ObjectKind::Sphere => sphere,
+            ObjectKind::Cylinder => cylinder,
+        };
+        (Newtons(lift), place.range)
+    }
+
+    /// The lowest pressure whose lift carries `load`.
+    pub fn pressure_for_lift(&self, kind: ObjectKind, load: Newtons) -> (Kilopascals, Range) {
+        match kind {
+            ObjectKind::Sphere => self.inverse(load.0, |row| row.lift_n[0]),
+            ObjectKind::Cylinder => self.inverse(load.0, |row| row.lift_n[1]),
+        }
     }
 
     /// Angle of each link to the unbent finger: `Φ_i = Σ T_j / k_j, j ≤ i` (paper, eqs 22 and 24, corrected).
@@ -217,6 +254,14 @@ mod tests {
             prop_assert_eq!(range, Range::Inside);
             let (again, _) = FINGER.bend(back);
             prop_assert!((again.0 - at_high.tip_angle_deg).abs() < 1e-3);
+            for kind in [ObjectKind::Sphere, ObjectKind::Cylinder] {
+                let (low_lift, _) = FINGER.lift(kind, Kilopascals(low));
+                let (high_lift, _) = FINGER.lift(kind, Kilopascals(high));
+                prop_assert!(low_lift.0 <= high_lift.0);
+                let (enough, _) = FINGER.pressure_for_lift(kind, high_lift);
+                let (again, _) = FINGER.lift(kind, enough);
+                prop_assert!((again.0 - high_lift.0).abs() < 1e-4);
+            }
             let (back, _) = FINGER.pressure_for_strain(Microstrain(at_high.free_strain_ue));
             let (again, _) = FINGER.free_strain(back);
             prop_assert!((again.0 - at_high.free_strain_ue).abs() < 0.2);

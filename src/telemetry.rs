@@ -107,6 +107,8 @@ pub struct Snapshot {
     pub bend: Degrees,
     /// Summed residual over its plateau, smoothed, while holding.
     pub level: Option<f32>,
+    /// Lift beyond the payload's load, as a share of it, where the grip was given a payload.
+    pub margin: Option<f32>,
     /// Noise of each gauge, rms.
     pub noise: [Microstrain; FINGERS],
 }

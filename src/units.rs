@@ -26,6 +26,21 @@ pub struct Kilopascals(pub f32);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Degrees(pub f32);
 
+/// A force.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Newtons(pub f32);
+
+/// A mass.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Kilograms(pub f32);
+
+/// An acceleration in m/s².
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MetresPerSecondSquared(pub f32);
+
 /// A voltage.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -104,7 +104,7 @@ pub fn shape(
     let curvature = |x: f64| moment_nm / stiffness_nm2(x);
     // The arc length grows with the span, so bisection is trial and error that cannot miss.
     let (mut short, mut long) = (0.0, length_m);
-    if arc(long, &curvature).is_some_and(|arc| arc <= length_m) {
+    if arc(long, curvature).is_some_and(|arc| arc <= length_m) {
         short = long;
     }
     while long - short > f64::EPSILON * length_m {
@@ -112,13 +112,13 @@ pub fn shape(
         if span <= short || span >= long {
             break;
         }
-        if arc(span, &curvature).is_some_and(|arc| arc <= length_m) {
+        if arc(span, curvature).is_some_and(|arc| arc <= length_m) {
             short = span;
         } else {
             long = span;
         }
     }
-    let arc_m = arc(short, &curvature).unwrap_or(0.0);
+    let arc_m = arc(short, curvature).unwrap_or(0.0);
     // Next to 90° the arc grows with the root of the span: the last bit of the span is 1e-7 of the arc.
     if (length_m - arc_m).abs() > 1e-6 * length_m {
         return Err(CartesianError::Vertical { arc_m });
@@ -126,7 +126,7 @@ pub fn shape(
     let mut position_m = vec![[0.0; 2]];
     let mut y = 0.0;
     let mut sine = 0.0;
-    for part in parts(short, &curvature) {
+    for part in parts(short, curvature) {
         sine = part.sine[1];
         y += part.rise();
         position_m.push([part.x + part.width, y]);

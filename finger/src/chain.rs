@@ -1,5 +1,6 @@
 //! The finger as rigid links joined by torsional springs (paper, section 4.1).
 
+use crate::capability::{Grip, GripError, Object};
 use crate::cubic::MonotoneCubic;
 
 /// Links, and joints, of the equivalent chain.
@@ -16,6 +17,30 @@ pub struct Gauge {
     pub distance_m: f64,
 }
 
+/// An object and where it is gripped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gripped {
+    /// Shape and size.
+    pub object: Object,
+    /// Distance of its centre below the palm, m.
+    pub depth_m: f64,
+}
+
+/// How the fingers stand around an object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grasp {
+    /// Distance of the fingers' clamps from the gripper's axis, m.
+    pub palm_radius_m: f64,
+    /// Distance of the touching surface from the chain, m.
+    pub link_radius_m: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// The sphere that the table is for.
+    pub sphere: Gripped,
+    /// The upright cylinder that the table is for.
+    pub cylinder: Gripped,
+}
+
 /// Six links in a row. Joint `i` stands at the near end of link `i`; joint 0 is the clamp.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
@@ -29,6 +54,8 @@ pub struct Chain {
     pub joint_torque_nm: [MonotoneCubic; LINKS],
     /// The strain gauge.
     pub gauge: Gauge,
+    /// The gripper that three such fingers make.
+    pub grasp: Grasp,
 }
 
 impl Chain {
@@ -71,6 +98,28 @@ impl Chain {
             tip[1] += length * angle.sin();
         }
         tip
+    }
+
+    /// Three such fingers at a pressure.
+    pub fn grip(&self, pressure_kpa: f64) -> Grip {
+        Grip {
+            link_length_m: self.link_length_m,
+            joint_stiffness_nm_per_rad: self.joint_stiffness_nm_per_rad,
+            free_angle_rad: self.joint_angles_rad(pressure_kpa),
+            palm_radius_m: self.grasp.palm_radius_m,
+            link_radius_m: self.grasp.link_radius_m,
+            friction: self.grasp.friction,
+        }
+    }
+
+    /// Greatest force of the three fingers against gravity on the sphere and on the cylinder, N.
+    ///
+    /// # Errors
+    /// [`GripError`], where fingers and object find no equilibrium.
+    pub fn lift_n(&self, pressure_kpa: f64) -> Result<[f64; 2], GripError> {
+        let grip = self.grip(pressure_kpa);
+        let lift = |gripped: Gripped| Ok(grip.strongest(gripped.object, gripped.depth_m)?.lift_n);
+        Ok([lift(self.grasp.sphere)?, lift(self.grasp.cylinder)?])
     }
 
     /// Gauge strain of the free finger, µε.

@@ -72,7 +72,7 @@ impl Curve {
         for pair in arc_m.windows(2) {
             let arc_m = (pair[0] + pair[1]) / 2.0;
             let stiffness_nm2 = stiffness_nm2(arc_m);
-            if !(stiffness_nm2 > 0.0) {
+            if stiffness_nm2.is_nan() || stiffness_nm2 <= 0.0 {
                 return Err(CurveError::Stiffness {
                     arc_m,
                     stiffness_nm2,

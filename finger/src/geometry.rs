@@ -2,9 +2,11 @@
 
 use serde::Deserialize;
 
-use crate::chain::{Gauge, LINKS};
+use crate::chain::{Gauge, Grasp, LINKS};
+use crate::check::{FieldError, within, wrong};
 use crate::hyperelastic::Rubber;
 use crate::links;
+use crate::mounting::{GaugePart, GraspPart};
 use crate::section::Section;
 
 /// A finger given by its dimensions and its rubber, as a recipe holds it.
@@ -25,6 +27,7 @@ pub struct Description {
     root: RootPart,
     rubber: RubberPart,
     gauge: GaugePart,
+    grasp: GraspPart,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -81,26 +84,6 @@ struct RubberPart {
     density_g_per_cm3: f64,
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GaugePart {
-    from_mm: f64,
-    to_mm: f64,
-    distance_mm: f64,
-}
-
-/// A value that no finger can have.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{field} = {value}: {expected}")]
-pub struct GeometryError {
-    /// The field, as a path in the recipe.
-    pub field: String,
-    /// Its value, in the recipe's unit.
-    pub value: f64,
-    /// What would be right.
-    pub expected: String,
-}
-
 /// A finger that has been checked, in SI units. Arc length `s` runs from the clamp to the tip.
 #[derive(Debug, Clone)]
 pub struct Geometry {
@@ -124,14 +107,16 @@ pub struct Geometry {
     pub density_kg_per_m3: f64,
     /// Where the strain gauge is bonded.
     pub gauge: Gauge,
+    /// The gripper that three such fingers make.
+    pub grasp: Grasp,
 }
 
 impl Description {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`GeometryError`], which names the first wrong field and what would be right.
-    pub fn check(&self) -> Result<Geometry, GeometryError> {
+    /// [`FieldError`], which names the first wrong field and what would be right.
+    pub fn check(&self) -> Result<Geometry, FieldError> {
         within("max_pressure_kpa", self.max_pressure_kpa, 1.0, 1000.0)?;
         for (i, &length) in self.links.length_mm.iter().enumerate() {
             within(&format!("links.length_mm[{i}]"), length, 0.1, 500.0)?;
@@ -152,14 +137,6 @@ impl Description {
             within("rubber.yeoh_mpa[1]", c2, -1.0, 1.0)?;
             within("rubber.yeoh_mpa[2]", c3, 0.0, 1.0)?;
         }
-        let gauge = &self.gauge;
-        within("gauge.from_mm", gauge.from_mm, 0.0, length)?;
-        within("gauge.to_mm", gauge.to_mm, 0.0, length)?;
-        within("gauge.distance_mm", gauge.distance_mm, 0.01, 50.0)?;
-        if gauge.to_mm <= gauge.from_mm {
-            let expected = format!("must lie beyond gauge.from_mm, {} mm", gauge.from_mm);
-            return Err(wrong("gauge.to_mm", gauge.to_mm, expected));
-        }
         let mpa = |c: [f64; 3]| c.map(|mpa| 1e6 * mpa);
         Ok(Geometry {
             link_length_m: self.links.length_mm.map(|mm| 1e-3 * mm),
@@ -174,15 +151,12 @@ impl Description {
                 None => Rubber::from_youngs_modulus(1e3 * modulus),
             },
             density_kg_per_m3: 1e3 * density,
-            gauge: Gauge {
-                from_m: 1e-3 * gauge.from_mm,
-                to_m: 1e-3 * gauge.to_mm,
-                distance_m: 1e-3 * gauge.distance_mm,
-            },
+            gauge: self.gauge.check(length)?,
+            grasp: self.grasp.check(length)?,
         })
     }
 
-    fn stations(&self, length_mm: f64) -> Result<Vec<(f64, Section)>, GeometryError> {
+    fn stations(&self, length_mm: f64) -> Result<Vec<(f64, Section)>, FieldError> {
         let angle = self.section.flat_half_angle_deg;
         within("section.flat_half_angle_deg", angle, 0.0, 89.0)?;
         if self.station.is_empty() {
@@ -219,27 +193,6 @@ impl Description {
             stations.push((at_m, section));
         }
         Ok(stations)
-    }
-}
-
-fn wrong(field: &str, value: f64, expected: String) -> GeometryError {
-    GeometryError {
-        field: field.to_string(),
-        value,
-        expected,
-    }
-}
-
-fn within(field: &str, value: f64, low: f64, high: f64) -> Result<(), GeometryError> {
-    // A NaN is in no range, so it fails here too.
-    if (low..=high).contains(&value) {
-        Ok(())
-    } else {
-        Err(wrong(
-            field,
-            value,
-            format!("must lie within {low} and {high}"),
-        ))
     }
 }
 

@@ -1,6 +1,7 @@
 //! From a finger's geometry to its equivalent chain at given pressures.
 
-use crate::chain::LINKS;
+use crate::chain::{Chain, LINKS};
+use crate::cubic::MonotoneCubic;
 use crate::curve::{self, Curve, CurveError};
 use crate::geometry::Geometry;
 use crate::links;
@@ -11,6 +12,10 @@ use crate::yeoh::{Inflated, InflationError, SectionModel};
 /// Sections are solved at most this far apart, m, and curvature is linear between them: on the tapers of
 /// `recipes/rtv225.toml` that is good for 0.1 % of the tip angle.
 const SPACING_M: f64 = 11.5e-3;
+
+/// Pressures at which a chain's torques are solved: twice as fine as the table, so that the table's
+/// interpolation error is measured against solved pressures between its rows.
+const KNOTS: usize = 2 * (crate::table::ROWS - 1);
 
 /// Why a finger has no chain.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -106,6 +111,36 @@ impl Geometry {
             joint_stiffness_nm_per_rad,
             bends: pressures_kpa.iter().enumerate().map(bend).collect(),
             arc_m,
+        })
+    }
+
+    /// The chain of the finger up to `max_pressure_kpa`.
+    ///
+    /// # Errors
+    /// As [`Geometry::solve`].
+    pub fn chain(&self, max_pressure_kpa: f64) -> Result<Chain, ModelError> {
+        let pressures: Vec<f64> = (0..=KNOTS)
+            .map(|k| max_pressure_kpa * k as f64 / KNOTS as f64)
+            .collect();
+        let solved = self.solve(&pressures)?;
+        let torque = |i: usize| {
+            let points: Vec<(f64, f64)> = solved
+                .bends
+                .iter()
+                .map(|bend| {
+                    let k = solved.joint_stiffness_nm_per_rad[i];
+                    (bend.pressure_kpa, k * bend.joint_angle_rad[i])
+                })
+                .collect();
+            MonotoneCubic::starting_flat(&points)
+        };
+        Ok(Chain {
+            link_length_m: solved.link_length_m,
+            link_mass_kg: solved.link_mass_kg,
+            joint_stiffness_nm_per_rad: solved.joint_stiffness_nm_per_rad,
+            joint_torque_nm: std::array::from_fn(torque),
+            gauge: self.gauge,
+            grasp: self.grasp,
         })
     }
 

@@ -5,16 +5,12 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
-use crate::chain::{Chain, Gauge, LINKS};
+use crate::chain::{Chain, LINKS};
+use crate::check::{FieldError, each_within, within, wrong};
 use crate::cubic::MonotoneCubic;
-
-/// The lowest and highest number of grams, millimetres and so on that a finger can sensibly have;
-/// a value outside is a slip of units.
-const LENGTH_MM: (f64, f64) = (0.1, 500.0);
-const MASS_G: (f64, f64) = (0.001, 1000.0);
-const STIFFNESS_NMM_PER_DEG: (f64, f64) = (0.001, 10_000.0);
-const PRESSURE_KPA: (f64, f64) = (1.0, 1000.0);
-const TORQUE_NMM: (f64, f64) = (0.0, 100_000.0);
+use crate::geometry::Description;
+use crate::model::ModelError;
+use crate::mounting::{GaugePart, GraspPart};
 
 /// Why a recipe cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -36,16 +32,20 @@ pub enum RecipeError {
         message: String,
     },
     /// A value that no finger can have.
-    #[error("{}: {field} = {value}: {expected}", path.display())]
+    #[error("{}: {source}", path.display())]
     Value {
         /// The recipe file.
         path: PathBuf,
-        /// The field, as a path in the file.
-        field: String,
-        /// Its value.
-        value: f64,
-        /// What would be right.
-        expected: String,
+        /// The field, and what would be right.
+        source: FieldError,
+    },
+    /// The model of a geometry recipe has no answer.
+    #[error("{}: {source}", path.display())]
+    Model {
+        /// The recipe file.
+        path: PathBuf,
+        /// Where and at which pressure.
+        source: ModelError,
     },
 }
 
@@ -70,6 +70,7 @@ struct Head {
 #[serde(rename_all = "snake_case")]
 enum Kind {
     Measured,
+    Geometry,
 }
 
 /// A finger given by its measured (or published) link chain.
@@ -82,7 +83,8 @@ struct Measured {
     links: Links,
     joints: Joints,
     torque: Vec<Torque>,
-    gauge: GaugePlace,
+    gauge: GaugePart,
+    grasp: GraspPart,
 }
 
 #[derive(Deserialize)]
@@ -105,14 +107,6 @@ struct Torque {
     torque_nmm: [f64; LINKS],
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GaugePlace {
-    from_mm: f64,
-    to_mm: f64,
-    distance_mm: f64,
-}
-
 /// Reads and checks the recipe at `path`.
 pub fn load(path: &Path) -> Result<Recipe, RecipeError> {
     let text = std::fs::read_to_string(path).map_err(|source| RecipeError::Read {
@@ -124,11 +118,26 @@ pub fn load(path: &Path) -> Result<Recipe, RecipeError> {
 
 /// Checks the recipe `text`; `path` is for messages.
 pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
-    let check = Check { path };
+    let value = |source| RecipeError::Value {
+        path: path.to_path_buf(),
+        source,
+    };
     let (name, chain) = match from_toml::<Head>(path, text)?.kind {
         Kind::Measured => {
             let measured: Measured = from_toml(path, text)?;
-            (measured.name.clone(), measured.chain(&check)?)
+            let chain = measured.chain().map_err(value)?;
+            (measured.name, chain)
+        }
+        Kind::Geometry => {
+            let description: Description = from_toml(path, text)?;
+            let geometry = description.check().map_err(value)?;
+            let chain = geometry
+                .chain(description.max_pressure_kpa)
+                .map_err(|source| RecipeError::Model {
+                    path: path.to_path_buf(),
+                    source,
+                })?;
+            (description.name, chain)
         }
     };
     let digest = Sha256::digest(text.as_bytes());
@@ -149,57 +158,13 @@ fn from_toml<T: serde::de::DeserializeOwned>(path: &Path, text: &str) -> Result<
 }
 
 impl Measured {
-    fn chain(&self, check: &Check) -> Result<Chain, RecipeError> {
-        check.each("links.length_mm", &self.links.length_mm, LENGTH_MM)?;
-        check.each("links.mass_g", &self.links.mass_g, MASS_G)?;
+    fn chain(&self) -> Result<Chain, FieldError> {
+        let length_mm = &self.links.length_mm;
+        each_within("links.length_mm", length_mm, 0.1, 500.0)?;
+        each_within("links.mass_g", &self.links.mass_g, 0.001, 1000.0)?;
         let stiffness = &self.joints.stiffness_nmm_per_deg;
-        check.each(
-            "joints.stiffness_nmm_per_deg",
-            stiffness,
-            STIFFNESS_NMM_PER_DEG,
-        )?;
-        if self.torque.is_empty() {
-            return Err(check.wrong(
-                "torque",
-                0.0,
-                "needs at least one [[torque]] table with a pressure and its torques",
-            ));
-        }
-        let mut below: Option<&Torque> = None;
-        for (k, torque) in self.torque.iter().enumerate() {
-            let field = format!("torque[{k}].pressure_kpa");
-            check.within(&field, torque.pressure_kpa, PRESSURE_KPA)?;
-            check.each(
-                &format!("torque[{k}].torque_nmm"),
-                &torque.torque_nmm,
-                TORQUE_NMM,
-            )?;
-            if let Some(below) = below {
-                if torque.pressure_kpa <= below.pressure_kpa {
-                    return Err(check.wrong(
-                        &field,
-                        torque.pressure_kpa,
-                        &format!(
-                            "must be above the pressure before it, {} kPa",
-                            below.pressure_kpa
-                        ),
-                    ));
-                }
-                for i in 0..LINKS {
-                    if torque.torque_nmm[i] < below.torque_nmm[i] {
-                        return Err(check.wrong(
-                            &format!("torque[{k}].torque_nmm[{i}]"),
-                            torque.torque_nmm[i],
-                            &format!(
-                                "must not fall with pressure: it is {} at {} kPa",
-                                below.torque_nmm[i], below.pressure_kpa
-                            ),
-                        ));
-                    }
-                }
-            }
-            below = Some(torque);
-        }
+        each_within("joints.stiffness_nmm_per_deg", stiffness, 0.001, 10_000.0)?;
+        self.check_torques()?;
         let torque = |i: usize| {
             let mut points = vec![(0.0, 0.0)];
             points.extend(
@@ -209,64 +174,55 @@ impl Measured {
             );
             MonotoneCubic::starting_flat(&points)
         };
+        let finger_mm = length_mm.iter().sum();
         Ok(Chain {
-            link_length_m: self.links.length_mm.map(|mm| 1e-3 * mm),
+            link_length_m: length_mm.map(|mm| 1e-3 * mm),
             link_mass_kg: self.links.mass_g.map(|g| 1e-3 * g),
-            joint_stiffness_nm_per_rad: stiffness.map(|k| 1e-3 * k * 1f64.to_radians().recip()),
+            joint_stiffness_nm_per_rad: stiffness.map(|k| 1e-3 * k / 1f64.to_radians()),
             joint_torque_nm: std::array::from_fn(torque),
-            gauge: self.gauge.check(check, self.links.length_mm.iter().sum())?,
+            gauge: self.gauge.check(finger_mm)?,
+            grasp: self.grasp.check(finger_mm)?,
         })
     }
-}
 
-impl GaugePlace {
-    fn check(&self, check: &Check, finger_mm: f64) -> Result<Gauge, RecipeError> {
-        check.within("gauge.from_mm", self.from_mm, (0.0, finger_mm))?;
-        check.within("gauge.to_mm", self.to_mm, (0.0, finger_mm))?;
-        check.within("gauge.distance_mm", self.distance_mm, (0.01, 50.0))?;
-        if self.to_mm <= self.from_mm {
-            return Err(check.wrong(
-                "gauge.to_mm",
-                self.to_mm,
-                &format!("must lie beyond gauge.from_mm, {} mm", self.from_mm),
-            ));
+    /// Pressures must rise, and no torque may fall with them.
+    fn check_torques(&self) -> Result<(), FieldError> {
+        if self.torque.is_empty() {
+            let expected = "needs at least one [[torque]] with a pressure and its torques";
+            return Err(wrong("torque", 0.0, expected.into()));
         }
-        Ok(Gauge {
-            from_m: 1e-3 * self.from_mm,
-            to_m: 1e-3 * self.to_mm,
-            distance_m: 1e-3 * self.distance_mm,
-        })
-    }
-}
-
-/// Checks values and words their errors.
-struct Check<'a> {
-    path: &'a Path,
-}
-
-impl Check<'_> {
-    fn wrong(&self, field: &str, value: f64, expected: &str) -> RecipeError {
-        RecipeError::Value {
-            path: self.path.to_path_buf(),
-            field: field.to_string(),
-            value,
-            expected: expected.to_string(),
+        for (k, torque) in self.torque.iter().enumerate() {
+            let pressure = format!("torque[{k}].pressure_kpa");
+            within(&pressure, torque.pressure_kpa, 1.0, 1000.0)?;
+            let field = format!("torque[{k}].torque_nmm");
+            each_within(&field, &torque.torque_nmm, 0.0, 100_000.0)?;
         }
-    }
-
-    fn within(&self, field: &str, value: f64, (low, high): (f64, f64)) -> Result<(), RecipeError> {
-        // A NaN is in no range, so it fails here too.
-        if (low..=high).contains(&value) {
-            return Ok(());
+        for (k, pair) in self.torque.windows(2).enumerate() {
+            let (below, above) = (&pair[0], &pair[1]);
+            if above.pressure_kpa <= below.pressure_kpa {
+                return Err(wrong(
+                    &format!("torque[{}].pressure_kpa", k + 1),
+                    above.pressure_kpa,
+                    format!(
+                        "must be above the pressure before it, {} kPa",
+                        below.pressure_kpa
+                    ),
+                ));
+            }
+            for i in 0..LINKS {
+                if above.torque_nmm[i] < below.torque_nmm[i] {
+                    return Err(wrong(
+                        &format!("torque[{}].torque_nmm[{i}]", k + 1),
+                        above.torque_nmm[i],
+                        format!(
+                            "must not fall with pressure: it is {} at {} kPa",
+                            below.torque_nmm[i], below.pressure_kpa
+                        ),
+                    ));
+                }
+            }
         }
-        Err(self.wrong(field, value, &format!("must lie within {low} and {high}")))
-    }
-
-    fn each(&self, field: &str, values: &[f64], range: (f64, f64)) -> Result<(), RecipeError> {
-        values
-            .iter()
-            .enumerate()
-            .try_for_each(|(i, &value)| self.within(&format!("{field}[{i}]"), value, range))
+        Ok(())
     }
 }
 

@@ -25,7 +25,7 @@ pub fn virtual_loading(
     stiffness_nm2: impl Fn(f64) -> f64,
 ) -> Result<[f64; LINKS], CurveError> {
     // Without a force there is neither torque nor angle to divide.
-    if !(force_n > 0.0) {
+    if force_n.is_nan() || force_n <= 0.0 {
         return Err(CurveError::Force { force_n });
     }
     let curve = Curve::under_tip_force(arc_m, force_n, stiffness_nm2)?;

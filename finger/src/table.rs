@@ -2,12 +2,17 @@
 
 use std::fmt::Write;
 
+use crate::capability::GripError;
 use crate::chain::{Chain, LINKS};
 use crate::recipe::Recipe;
 
 /// Rows of the table: 2 kPa apart for a finger up to 160 kPa. That keeps linear interpolation within
 /// 0.1 % of full scale and the table within 4 KiB.
 pub const ROWS: usize = 81;
+
+/// Steps between two rows in which the interpolation is compared with the model: sixteen find the largest
+/// deviation of a smooth column to better than 1 %.
+const BETWEEN: usize = 16;
 
 /// One pressure of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +25,8 @@ pub struct Row {
     pub tip_mm: [f32; 2],
     /// Joint torques, N·mm.
     pub torque_nmm: [f32; LINKS],
+    /// Force of the three fingers against gravity on the sphere and on the cylinder, N.
+    pub lift_n: [f32; 2],
 }
 
 /// The table and where it comes from.
@@ -29,8 +36,11 @@ pub struct Table {
     pub recipe: String,
     /// First eight bytes of the SHA-256 of the recipe.
     pub inputs_hash: u64,
-    /// Largest deviation of the interpolated table from the model, in percent of each column's full scale.
+    /// Largest deviation of the interpolated table from the model, in percent of each column's full
+    /// scale; lift apart.
     pub error_bound_percent: f32,
+    /// The same for the lift half-way between rows. It sets in with a kink where fingers first touch.
+    pub lift_error_percent: f32,
     /// Pressure of the last row, kPa; the first is at zero.
     pub max_pressure_kpa: f32,
     /// Joint stiffness, N·mm/deg.
@@ -41,19 +51,37 @@ pub struct Table {
 
 impl Table {
     /// Tabulates the finger of `recipe`.
-    pub fn of(recipe: &Recipe) -> Self {
+    ///
+    /// # Errors
+    /// [`GripError`], where fingers and object find no equilibrium.
+    pub fn of(recipe: &Recipe) -> Result<Self, GripError> {
         let chain = &recipe.chain;
         let max = chain.max_pressure_kpa();
-        let rows = std::array::from_fn(|i| row(chain, max * i as f64 / (ROWS - 1) as f64));
-        let deg = 1f64.to_radians();
+        let step = max / (ROWS - 1) as f64;
+        let mut rows = [row(chain, 0.0, chain.lift_n(0.0)?); ROWS];
+        let mut lift_error: f64 = 0.0;
+        for i in 1..ROWS {
+            let pressure = step * i as f64;
+            rows[i] = row(chain, pressure, chain.lift_n(pressure)?);
+            let model = chain.lift_n(pressure - step / 2.0)?;
+            for (k, model) in model.into_iter().enumerate() {
+                let table = f64::from(rows[i - 1].lift_n[k] + rows[i].lift_n[k]) / 2.0;
+                lift_error = lift_error.max((table - model).abs());
+            }
+        }
+        let full_lift = rows[ROWS - 1]
+            .lift_n
+            .into_iter()
+            .fold(f32::MIN_POSITIVE, f32::max);
         let mut table = Self {
             recipe: recipe.name.clone(),
             inputs_hash: recipe.inputs_hash,
             error_bound_percent: 0.0,
+            lift_error_percent: 100.0 * lift_error as f32 / full_lift,
             max_pressure_kpa: max as f32,
             stiffness_nmm_per_deg: chain
                 .joint_stiffness_nm_per_rad
-                .map(|k| (1e3 * k * deg) as f32),
+                .map(|k| (1e3 * k * 1f64.to_radians()) as f32),
             rows,
         };
         let worst = table
@@ -61,28 +89,28 @@ impl Table {
             .into_iter()
             .fold(0.0, |worst: f64, (_, error)| worst.max(error));
         table.error_bound_percent = worst as f32;
-        table
+        Ok(table)
     }
 
-    /// Largest error over all columns at pressures between the rows: `(pressure kPa, percent of full scale)`.
+    /// Largest error over all columns but the lift at pressures on and between the rows:
+    /// `(pressure kPa, percent of full scale)`.
     pub fn interpolation_error_percent(&self, chain: &Chain) -> Vec<(f64, f64)> {
-        let full_scale = columns(&self.rows[ROWS - 1]);
-        // Sixteen points between two rows find the worst of a cubic to better than 1 % of the error.
-        let points = 16 * (ROWS - 1);
+        // The tip moves on a circle of about the finger's length: along the finger its full scale is
+        // that length, which the first row holds.
+        let (first, last) = (columns(&self.rows[0]), columns(&self.rows[ROWS - 1]));
+        let points = BETWEEN * (ROWS - 1);
         (0..=points)
             .map(|k| {
-                let position = k as f64 / 16.0;
+                let position = k as f64 / BETWEEN as f64;
                 let pressure = f64::from(self.max_pressure_kpa) * position / (ROWS - 1) as f64;
                 let i = (position as usize).min(ROWS - 2);
                 let t = position - i as f64;
                 let (low, high) = (columns(&self.rows[i]), columns(&self.rows[i + 1]));
-                let model = columns(&row(chain, pressure));
+                let model = columns(&row(chain, pressure, [0.0; 2]));
                 let worst = (0..model.len())
                     .map(|c| {
                         let table = low[c] + t * (high[c] - low[c]);
-                        // The tip moves on a circle of about the finger's length; along the finger
-                        // its full scale is that length, which the first row holds.
-                        let scale = full_scale[c].abs().max(columns(&self.rows[0])[c].abs());
+                        let scale = last[c].abs().max(first[c].abs());
                         100.0 * (table - model[c]).abs() / scale.max(f64::MIN_POSITIVE)
                     })
                     .fold(0.0, f64::max);
@@ -97,10 +125,11 @@ impl Table {
         // Writing to a String cannot fail.
         let _ = writeln!(
             out,
-            "FingerTable {{\n    recipe: {:?},\n    inputs_hash: {:#018x},\n    error_bound_percent: {:?},\n    max_pressure_kpa: {:?},\n    stiffness_nmm_per_deg: {:?},\n    rows: [",
+            "FingerTable {{\n    recipe: {:?},\n    inputs_hash: {:#018x},\n    error_bound_percent: {:?},\n    lift_error_percent: {:?},\n    max_pressure_kpa: {:?},\n    stiffness_nmm_per_deg: {:?},\n    rows: [",
             self.recipe,
             self.inputs_hash,
             self.error_bound_percent,
+            self.lift_error_percent,
             self.max_pressure_kpa,
             self.stiffness_nmm_per_deg,
         );
@@ -112,7 +141,7 @@ impl Table {
     }
 }
 
-fn row(chain: &Chain, pressure_kpa: f64) -> Row {
+fn row(chain: &Chain, pressure_kpa: f64, lift_n: [f64; 2]) -> Row {
     Row {
         free_strain_ue: chain.free_strain_ue(pressure_kpa) as f32,
         tip_angle_deg: chain.tip_angle_rad(pressure_kpa).to_degrees() as f32,
@@ -120,18 +149,23 @@ fn row(chain: &Chain, pressure_kpa: f64) -> Row {
         torque_nmm: chain
             .joint_torques_nm(pressure_kpa)
             .map(|nm| (1e3 * nm) as f32),
+        lift_n: lift_n.map(|n| n as f32),
     }
 }
 
+/// Everything but the lift.
 fn columns(row: &Row) -> [f64; 4 + LINKS] {
     let mut columns = [0.0; 4 + LINKS];
-    columns[0] = f64::from(row.free_strain_ue);
-    columns[1] = f64::from(row.tip_angle_deg);
-    columns[2] = f64::from(row.tip_mm[0]);
-    columns[3] = f64::from(row.tip_mm[1]);
-    for (column, torque) in columns[4..].iter_mut().zip(row.torque_nmm) {
-        *column = f64::from(torque);
-    }
+    columns[..4].copy_from_slice(
+        &[
+            row.free_strain_ue,
+            row.tip_angle_deg,
+            row.tip_mm[0],
+            row.tip_mm[1],
+        ]
+        .map(f64::from),
+    );
+    columns[4..].copy_from_slice(&row.torque_nmm.map(f64::from));
     columns
 }
 
@@ -147,7 +181,7 @@ mod tests {
 
     #[test]
     fn interpolates_within_a_thousandth_of_full_scale() {
-        let table = Table::of(&paper());
+        let table = Table::of(&paper()).expect("the paper's fingers can grip");
         assert!(
             table.error_bound_percent > 0.0 && table.error_bound_percent <= 0.1,
             "{} %",
@@ -157,13 +191,16 @@ mod tests {
 
     #[test]
     fn rises_monotonically_from_zero() {
-        let table = Table::of(&paper());
+        let table = Table::of(&paper()).expect("the paper's fingers can grip");
         assert_eq!(table.rows[0].free_strain_ue, 0.0);
         for pair in table.rows.windows(2) {
             assert!(pair[1].free_strain_ue > pair[0].free_strain_ue);
             assert!(pair[1].tip_angle_deg > pair[0].tip_angle_deg);
             for i in 0..LINKS {
                 assert!(pair[1].torque_nmm[i] >= pair[0].torque_nmm[i]);
+            }
+            for k in 0..2 {
+                assert!(pair[1].lift_n[k] >= pair[0].lift_n[k]);
             }
         }
     }

@@ -184,8 +184,7 @@ impl SectionModel {
             if change < CONVERGED {
                 return Some((unknowns, condensed));
             }
-            // Written so that a NaN stops here too.
-            if !(change < TOO_FAR) {
+            if change > TOO_FAR {
                 return None;
             }
         }

@@ -4,39 +4,25 @@ use serde::Deserialize;
 
 use crate::arm::Motion;
 
-/// Every parameter that is not the finger's own.
+/// Every parameter that is not in the finger's recipe.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
 pub struct Gripper {
     pub hand: Hand,
-    pub object: Object,
     pub arm: Arm,
     pub regulator: Regulator,
     pub gauge: Gauge,
 }
 
-/// The fingers' common geometry and lags.
+/// How the fingers stand, and their lags.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
 pub struct Hand {
-    pub palm_radius_mm: f64,
-    pub link_radius_mm: f64,
     pub first_finger_deg: f64,
     pub damping_ms: f64,
     pub inflation_lag_ms: f64,
-}
-
-/// The objects' sizes and where they are gripped.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "gripper.toml documents each field")]
-pub struct Object {
-    pub diameter_mm: f64,
-    pub cylinder_height_mm: f64,
-    pub sphere_depth_mm: f64,
-    pub cylinder_depth_mm: f64,
 }
 
 /// The arm's moves.

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use finger::capability::Object;
 use finger::chain::Chain;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -107,25 +108,27 @@ impl Plant {
             stiffness_nm_rad: chain.joint_stiffness_nm_per_rad,
             damping_s: 1e-3 * hand.damping_ms,
         };
-        let diameter_m = 1e-3 * gripper.object.diameter_mm;
-        let (shape, depth_mm) = match scenario.object {
-            ObjectKind::Sphere => (Shape::Sphere { diameter_m }, gripper.object.sphere_depth_mm),
-            ObjectKind::Cylinder => (
-                Shape::Cylinder {
-                    diameter_m,
-                    height_m: 1e-3 * gripper.object.cylinder_height_mm,
-                },
-                gripper.object.cylinder_depth_mm,
-            ),
+        let gripped = match scenario.object {
+            ObjectKind::Sphere => chain.grasp.sphere,
+            ObjectKind::Cylinder => chain.grasp.cylinder,
+        };
+        let shape = match gripped.object {
+            Object::Sphere { radius_m } => Shape::Sphere {
+                diameter_m: 2.0 * radius_m,
+            },
+            Object::Cylinder { radius_m, height_m } => Shape::Cylinder {
+                diameter_m: 2.0 * radius_m,
+                height_m,
+            },
         };
         let config = WorldConfig {
             fingers: [finger; FINGERS],
-            link_radius_m: 1e-3 * hand.link_radius_mm,
-            palm_radius_m: 1e-3 * hand.palm_radius_mm,
+            link_radius_m: chain.grasp.link_radius_m,
+            palm_radius_m: chain.grasp.palm_radius_m,
             first_finger_rad: TAU * hand.first_finger_deg / 360.0,
             shape,
             mass_kg: scenario.mass_kg,
-            grasp_depth_m: 1e-3 * depth_mm,
+            grasp_depth_m: gripped.depth_m,
             friction: scenario.friction,
             carry_m: 1e-3 * gripper.arm.carry_mm,
             fingers_touch: false,

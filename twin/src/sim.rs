@@ -84,6 +84,7 @@ pub fn leak_table(table: &finger::table::Table) -> &'static FingerTable {
         recipe: Box::leak(table.recipe.clone().into_boxed_str()),
         inputs_hash: table.inputs_hash,
         error_bound_percent: table.error_bound_percent,
+        lift_error_percent: table.lift_error_percent,
         max_pressure_kpa: table.max_pressure_kpa,
         stiffness_nmm_per_deg: table.stiffness_nmm_per_deg,
         rows: table.rows.map(|row| softgrip::table::Row {
@@ -91,6 +92,7 @@ pub fn leak_table(table: &finger::table::Table) -> &'static FingerTable {
             tip_angle_deg: row.tip_angle_deg,
             tip_mm: row.tip_mm,
             torque_nmm: row.torque_nmm,
+            lift_n: row.lift_n,
         }),
     }))
 }

@@ -37,7 +37,7 @@ impl Report {
             pressures_kpa.to_vec()
         };
         Ok(Self {
-            table: Table::of(&recipe),
+            table: Table::of(&recipe)?,
             published: paper()?.chain,
             recipe,
             pressures_kpa,

@@ -44,7 +44,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         },
         ..Settings::default()
     };
-    let controller = sim::controller(sim::leak_table(&Table::of(&recipe)), &settings)?;
+    let controller = sim::controller(sim::leak_table(&Table::of(&recipe)?), &settings)?;
     for event in replay::replay(&rows, controller) {
         if args.json {
             println!("{}", event.json());

@@ -55,7 +55,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
         files::prepare(dir)?;
     }
     let recipe = load_recipe(None)?;
-    let table = sim::leak_table(&Table::of(&recipe));
+    let table = sim::leak_table(&Table::of(&recipe)?);
     let gripper = Gripper::reference();
     let mut runs = Vec::new();
     for scenario in scenarios(args) {
