@@ -3,9 +3,11 @@
 use std::time::Instant as WallClock;
 
 use finger::chain::Chain;
+use finger::recipe::Recipe;
+use finger::table::Table;
 use serde_json::{Value, json};
 use softgrip::settings::Settings;
-use softgrip::table::FingerTable;
+use softgrip::table::{FINGER, FingerTable};
 use softgrip::telemetry::{Event, Snapshot};
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
@@ -78,9 +80,14 @@ pub struct Run {
     pub realtime_factor: f64,
 }
 
-/// The controller's table for a finger; it lives as long as the program.
-pub fn leak_table(table: &finger::table::Table) -> &'static FingerTable {
-    Box::leak(Box::new(FingerTable {
+/// The controller's table for a finger: the built-in one if that is its finger, else a new one that lives
+/// as long as the program.
+pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
+    if recipe.inputs_hash == FINGER.inputs_hash {
+        return Ok(&FINGER);
+    }
+    let table = Table::of(recipe)?;
+    Ok(Box::leak(Box::new(FingerTable {
         recipe: Box::leak(table.recipe.clone().into_boxed_str()),
         inputs_hash: table.inputs_hash,
         error_bound_percent: table.error_bound_percent,
@@ -94,7 +101,7 @@ pub fn leak_table(table: &finger::table::Table) -> &'static FingerTable {
             torque_nmm: row.torque_nmm,
             lift_n: row.lift_n,
         }),
-    }))
+    })))
 }
 
 /// A controller with a recipe's table and the default settings.

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use finger::table::Table;
 use softgrip::settings::{GaugeSense, Settings};
 use twin::{replay, sim, trace};
 
@@ -44,7 +43,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         },
         ..Settings::default()
     };
-    let controller = sim::controller(sim::leak_table(&Table::of(&recipe)?), &settings)?;
+    let controller = sim::controller(sim::table_of(&recipe)?, &settings)?;
     for event in replay::replay(&rows, controller) {
         if args.json {
             println!("{}", event.json());

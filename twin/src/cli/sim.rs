@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use finger::table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use softgrip::settings::Settings;
 use twin::gripper::Gripper;
@@ -37,6 +36,9 @@ pub struct SimArgs {
     /// Seed of all noise.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// The fingers [default: those that the firmware was built for].
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<PathBuf>,
     /// Where trace.svg and trace.csv go [default: out, or nowhere with --json].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -54,8 +56,8 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = out {
         files::prepare(dir)?;
     }
-    let recipe = load_recipe(None)?;
-    let table = sim::leak_table(&Table::of(&recipe)?);
+    let recipe = load_recipe(args.recipe.as_deref())?;
+    let table = sim::table_of(&recipe)?;
     let gripper = Gripper::reference();
     let mut runs = Vec::new();
     for scenario in scenarios(args) {
