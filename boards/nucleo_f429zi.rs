@@ -54,7 +54,7 @@ pub struct Board {
 /// Starts clocks and drivers. The output is safe before and after.
 pub fn init() -> Board {
     let mut config = Config::default();
-    // 8 MHz from the ST-LINK's MCO (UM1974, section 6.7.1) / 4 × 180 / 2 = 180 MHz.
+    // 8 MHz from the ST-LINK's MCO (UM1974, OSC clock supply) / 4 × 180 / 2 = 180 MHz.
     config.rcc.hse = Some(Hse {
         freq: Hertz::mhz(8),
         mode: HseMode::Bypass,
@@ -73,10 +73,10 @@ pub fn init() -> Board {
     config.rcc.apb1_pre = APBPrescaler::DIV4;
     config.rcc.apb2_pre = APBPrescaler::DIV2;
     let p = embassy_stm32::init(config);
-    // Setting up the ports has reset them.
+    // Setting up the ports may have reset the pin's mode.
     safe_output();
 
-    let input = Pull::Up;
+    let pull = Pull::Up;
     let (off, slow) = (Level::Low, Speed::Low);
     Board {
         converter: Converter {
@@ -91,10 +91,10 @@ pub fn init() -> Board {
         },
         regulator: Regulator(()),
         inputs: InputPins {
-            grip: Input::new(p.PF15, input),
-            release: Input::new(p.PF14, input),
-            stop: Input::new(p.PF13, input),
-            acknowledge: Input::new(p.PF12, input),
+            grip: Input::new(p.PF15, pull),
+            release: Input::new(p.PF14, pull),
+            stop: Input::new(p.PF13, pull),
+            acknowledge: Input::new(p.PF12, pull),
         },
         indicators: IndicatorPins {
             ready: Output::new(p.PE13, off, slow),
@@ -128,14 +128,14 @@ unsafe fn UART5() {
 pub fn safe_output() {
     pac::RCC.ahb1enr().modify(|w| w.set_gpioaen(true));
     pac::RCC.apb1enr().modify(|w| w.set_dacen(true));
-    // A clock is there two cycles after it was enabled (ES0206, section 2.2.6); a read takes longer.
+    // A clock is there two cycles after it was enabled (errata ES0206); a read takes longer.
     pac::RCC.apb1enr().read();
     pac::GPIOA
         .moder()
         .modify(|w| w.set_moder(4, pac::gpio::vals::Moder::ANALOG));
     write_dac(SAFE);
     pac::DAC1.cr().modify(|w| {
-        // Unbuffered: the buffer does not go below 0.2 V (DS9405, DAC characteristics), 13 kPa here.
+        // Unbuffered: the buffer does not go below 0.2 V (DS9405, DAC characteristics), which is 13 kPa.
         w.set_boff(0, true);
         w.set_ten(0, false);
         w.set_en(0, true);
