@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// The recipe of the finger that the firmware is for, relative to this package.
-const DEFAULT_RECIPE: &str = "recipes/paper.toml";
+const DEFAULT_RECIPE: &str = "recipes/rtv225.toml";
 
 fn main() -> ExitCode {
     println!("cargo::rerun-if-env-changed=SOFTGRIP_RECIPE");

@@ -83,6 +83,8 @@ const PERSIST_TICKS: u16 = 3;
 /// Fastest believable change. A lost object lets the strain run at 140 µε per tick (4 200 µε in 30 ms);
 /// five sigma of the difference of two readings with 400 µε of noise are 2 800 µε.
 const JUMP_UE: f32 = 4_000.0;
+/// A gauge may jump for this long after start-up, while amplifiers and filters charge.
+const WARM_UP_TICKS: u16 = 100;
 /// A gauge that always flickers and then shows one code for this long is stuck.
 const STUCK_TICKS: u16 = 15;
 /// Share of ticks with a new code above which a gauge counts as flickering.
@@ -101,8 +103,9 @@ struct Channel {
     offset: f32,
     last_valid: Option<f32>,
     last_code: AdcCode,
+    seen: u16,
     unchanged: u16,
-    free_at_change: f32,
+    free_at_change: Option<f32>,
     lively: f32,
     difference_variance: f32,
     suspect: Option<(GaugeFault, u16)>,
@@ -131,8 +134,9 @@ impl Conditioner {
             offset: 0.0,
             last_valid: None,
             last_code: AdcCode(0),
+            seen: 0,
             unchanged: 0,
-            free_at_change: 0.0,
+            free_at_change: None,
             lively: 0.0,
             difference_variance: 0.0,
             suspect: None,
@@ -146,12 +150,13 @@ impl Conditioner {
         }
     }
 
-    /// Turns one frame into readings. `free_strain` is what a free finger shows at this moment.
+    /// Turns one frame into readings. `free_strain` is what a free finger shows at this moment, once that
+    /// is known.
     pub fn step(
         &mut self,
         frame: &RawFrame,
         front_end: &FrontEnd,
-        free_strain: Microstrain,
+        free_strain: Option<Microstrain>,
     ) -> Reading {
         if frame.scans == 0 || frame.overrun {
             self.stale_ticks = self.stale_ticks.saturating_add(1);
@@ -254,7 +259,7 @@ impl Channel {
         &mut self,
         code: AdcCode,
         front_end: &FrontEnd,
-        free_strain: Microstrain,
+        free_strain: Option<Microstrain>,
         statistics_gain: f32,
     ) -> Gauge {
         if let Some(fault) = self.failed {
@@ -263,9 +268,11 @@ impl Channel {
         self.watch_for_change(code, free_strain, statistics_gain);
         let raw = front_end.strain(code).0;
         let strain = raw - self.offset;
-        let jumped = self
-            .last_valid
-            .is_some_and(|last| (strain - last).abs() > JUMP_UE);
+        self.seen = self.seen.saturating_add(1);
+        let jumped = self.seen > WARM_UP_TICKS
+            && self
+                .last_valid
+                .is_some_and(|last| (strain - last).abs() > JUMP_UE);
         let suspicion = if code < front_end.gauge_short_below {
             Some(GaugeFault::Short)
         } else if code > front_end.gauge_open_above {
@@ -302,9 +309,11 @@ impl Channel {
         Gauge::Failed(fault)
     }
 
-    fn watch_for_change(&mut self, code: AdcCode, free_strain: Microstrain, gain: f32) {
+    fn watch_for_change(&mut self, code: AdcCode, free_strain: Option<Microstrain>, gain: f32) {
+        let free_strain = free_strain.map(|free| free.0);
         if code == self.last_code {
             self.unchanged = self.unchanged.saturating_add(1);
+            self.free_at_change = self.free_at_change.or(free_strain);
             // Liveliness is judged on what went before, so a freeze does not wash it out.
             if self.unchanged < 2 {
                 self.lively -= gain * self.lively;
@@ -312,15 +321,17 @@ impl Channel {
         } else {
             self.last_code = code;
             self.unchanged = 0;
-            self.free_at_change = free_strain.0;
+            self.free_at_change = free_strain;
             self.lively += gain * (1.0 - self.lively);
         }
     }
 
-    fn is_stuck(&self, free_strain: Microstrain) -> bool {
+    fn is_stuck(&self, free_strain: Option<Microstrain>) -> bool {
         let froze = self.lively > LIVELY && self.unchanged >= STUCK_TICKS;
-        let ignored_pressure =
-            self.unchanged > 0 && (free_strain.0 - self.free_at_change).abs() > STUCK_FREE_UE;
+        let ignored_pressure = match (free_strain, self.free_at_change) {
+            (Some(now), Some(then)) => self.unchanged > 0 && (now.0 - then).abs() > STUCK_FREE_UE,
+            _ => false,
+        };
         froze || ignored_pressure
     }
 }
@@ -349,7 +360,7 @@ mod tests {
         make: impl Fn(u32) -> RawFrame,
     ) -> Option<(u32, GaugeFault)> {
         (0..ticks).find_map(|tick| {
-            let reading = conditioner.step(&make(tick), &FE, Microstrain(free(tick)));
+            let reading = conditioner.step(&make(tick), &FE, Some(Microstrain(free(tick))));
             match reading.gauges[0] {
                 Gauge::Failed(fault) => Some((tick + 1, fault)),
                 Gauge::Valid(_) | Gauge::Missing => None,
@@ -364,7 +375,7 @@ mod tests {
     #[test]
     fn codes_become_strain_pressure_and_supply() {
         let mut conditioner = Conditioner::new();
-        let reading = conditioner.step(&frame([1_000.0, -500.0, 0.0]), &FE, Microstrain(0.0));
+        let reading = conditioner.step(&frame([1_000.0, -500.0, 0.0]), &FE, Some(Microstrain(0.0)));
         for (gauge, expected) in reading.gauges.iter().zip([1_000.0, -500.0, 0.0]) {
             let strain = gauge.strain().expect("a good gauge");
             assert!((strain.0 - expected).abs() < 1.0);
@@ -393,16 +404,16 @@ mod tests {
     #[test]
     fn a_single_spike_is_missing_and_not_a_fault() {
         let mut conditioner = Conditioner::new();
-        for tick in 0..50 {
-            let spike = if tick == 20 { 9_000.0 } else { 0.0 };
+        for tick in 0..200 {
+            let spike = if tick == 150 { 9_000.0 } else { 0.0 };
             let reading = conditioner.step(
                 &frame([spike + flicker(tick), 0.0, 0.0]),
                 &FE,
-                Microstrain(0.0),
+                Some(Microstrain(0.0)),
             );
             match reading.gauges[0] {
-                Gauge::Missing => assert_eq!(tick, 20),
-                Gauge::Valid(_) => assert_ne!(tick, 20),
+                Gauge::Missing => assert_eq!(tick, 150),
+                Gauge::Valid(_) => assert_ne!(tick, 150),
                 Gauge::Failed(fault) => panic!("{fault:?} at {tick}"),
             }
         }
@@ -456,11 +467,11 @@ mod tests {
                 ..frame([0.0; 3])
             },
         ] {
-            let reading = conditioner.step(&bad, &FE, Microstrain(0.0));
+            let reading = conditioner.step(&bad, &FE, Some(Microstrain(0.0)));
             assert_eq!(reading.gauges, [Gauge::Missing; 3]);
             assert_eq!(reading.monitor, Monitor::Missing);
         }
-        let reading = conditioner.step(&frame([0.0; 3]), &FE, Microstrain(0.0));
+        let reading = conditioner.step(&frame([0.0; 3]), &FE, Some(Microstrain(0.0)));
         assert_eq!(reading.stale_ticks, 0);
     }
 
@@ -471,12 +482,12 @@ mod tests {
             conditioner.start_tare();
             (0..1_000).find_map(|tick| {
                 let frame = frame([ue + flicker(tick), -200.0, 0.0]);
-                let reading = conditioner.step(&frame, &FE, Microstrain(0.0));
+                let reading = conditioner.step(&frame, &FE, Some(Microstrain(0.0)));
                 conditioner.tare_step(&reading)
             })
         };
         assert_eq!(tare(&mut conditioner, 300.0), Some(TareResult::Done));
-        let reading = conditioner.step(&frame([300.0, -200.0, 0.0]), &FE, Microstrain(0.0));
+        let reading = conditioner.step(&frame([300.0, -200.0, 0.0]), &FE, Some(Microstrain(0.0)));
         for gauge in reading.gauges {
             assert!(gauge.strain().is_some_and(|strain| strain.0.abs() < 1.0));
         }

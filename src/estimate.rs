@@ -84,12 +84,13 @@ impl Estimator {
         Kilopascals(self.lag.map_or(0.0, |lag| lag.bent_kpa))
     }
 
-    /// What the gauge of a free finger should show now.
-    pub fn free_strain(&self, table: &FingerTable, active: &Active) -> Microstrain {
-        match active.gauge_sense {
-            GaugeSense::Bend => table.free_strain(self.lagged_pressure()).0,
+    /// What the gauge of a free finger should show now; unknown before the first pressure.
+    pub fn free_strain(&self, table: &FingerTable, active: &Active) -> Option<Microstrain> {
+        let lag = self.lag?;
+        Some(match active.gauge_sense {
+            GaugeSense::Bend => table.free_strain(Kilopascals(lag.bent_kpa)).0,
             GaugeSense::Contact => Microstrain(0.0),
-        }
+        })
     }
 
     /// Estimates contact from one tick's readings.

@@ -237,6 +237,8 @@ const RELEASE_LIMIT_US: u64 = 1_000_000;
 const OVER_PRESSURE_KPA: f32 = 5.0;
 /// Ticks without usable data: two are a hiccup.
 const STALE_TICKS: u32 = 5;
+/// The robot's 24 V may come this much later than the board's own supply.
+const POWER_UP_US: u64 = 1_000_000;
 /// Supply must be low this long: a valve switching is shorter.
 const SUPPLY_TICKS: u16 = 10;
 
@@ -304,7 +306,7 @@ impl Supervisor {
         }
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
         let seen = matches!(self.state, State::Fault { .. });
-        if let Some(fault) = self.find_fault(situation, active) {
+        if let Some(fault) = self.find_fault(now, situation, active) {
             self.enter_fault(fault, active, events);
         }
         // A command comes before the verdict: what the robot lets go in this tick is not lost.
@@ -545,7 +547,12 @@ impl Supervisor {
     }
 
     /// The first thing that makes going on unsafe.
-    fn find_fault(&mut self, situation: &Situation, active: &Active) -> Option<Fault> {
+    fn find_fault(
+        &mut self,
+        now: Instant,
+        situation: &Situation,
+        active: &Active,
+    ) -> Option<Fault> {
         let reading = situation.reading;
         match reading.monitor {
             Monitor::Valid(pressure) if pressure.0 > active.max_pressure.0 + OVER_PRESSURE_KPA => {
@@ -564,7 +571,7 @@ impl Supervisor {
                 0
             };
         }
-        if self.supply_ticks >= SUPPLY_TICKS {
+        if self.supply_ticks >= SUPPLY_TICKS && now.micros() > POWER_UP_US {
             return Some(Fault::SupplyLow);
         }
         if situation.deviating_us >= active.not_following_us {

@@ -48,6 +48,8 @@ pub struct Chain {
     pub link_length_m: [f64; LINKS],
     /// Link masses, kg.
     pub link_mass_kg: [f64; LINKS],
+    /// Length inside the clamp that bends with the first joint, m; the gauge does not see it.
+    pub root_free_length_m: f64,
     /// Torsional stiffness of each joint, N·m/rad (eq. 24).
     pub joint_stiffness_nm_per_rad: [f64; LINKS],
     /// Torque of each joint, N·m, against pressure in kPa.
@@ -135,9 +137,9 @@ impl Chain {
     }
 
     /// The part of each joint's angle that the gauge sees: a joint stands for the curvature between
-    /// the middles of its two links, the last one for everything up to the tip.
+    /// the middles of its two links, the first one from the root, the last one up to the tip.
     pub fn gauge_share(&self) -> [f64; LINKS] {
-        let mut middle = 0.0;
+        let mut middle = -self.root_free_length_m;
         let mut joint = 0.0;
         std::array::from_fn(|i| {
             let from = middle;

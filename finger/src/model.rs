@@ -119,24 +119,25 @@ impl Geometry {
     /// # Errors
     /// As [`Geometry::solve`].
     pub fn chain(&self, max_pressure_kpa: f64) -> Result<Chain, ModelError> {
-        let pressures: Vec<f64> = (0..=KNOTS)
+        let pressures: Vec<f64> = (1..=KNOTS)
             .map(|k| max_pressure_kpa * k as f64 / KNOTS as f64)
             .collect();
         let solved = self.solve(&pressures)?;
         let torque = |i: usize| {
-            let points: Vec<(f64, f64)> = solved
-                .bends
-                .iter()
-                .map(|bend| {
-                    let k = solved.joint_stiffness_nm_per_rad[i];
-                    (bend.pressure_kpa, k * bend.joint_angle_rad[i])
-                })
-                .collect();
+            let k = solved.joint_stiffness_nm_per_rad[i];
+            let mut points = vec![(0.0, 0.0)];
+            points.extend(
+                solved
+                    .bends
+                    .iter()
+                    .map(|bend| (bend.pressure_kpa, k * bend.joint_angle_rad[i])),
+            );
             MonotoneCubic::starting_flat(&points)
         };
         Ok(Chain {
             link_length_m: solved.link_length_m,
             link_mass_kg: solved.link_mass_kg,
+            root_free_length_m: self.root_free_length_m,
             joint_stiffness_nm_per_rad: solved.joint_stiffness_nm_per_rad,
             joint_torque_nm: std::array::from_fn(torque),
             gauge: self.gauge,

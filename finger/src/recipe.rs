@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use crate::chain::{Chain, LINKS};
 use crate::check::{FieldError, each_within, within, wrong};
 use crate::cubic::MonotoneCubic;
-use crate::geometry::Description;
+use crate::geometry::{Description, Geometry};
 use crate::model::ModelError;
 use crate::mounting::{GaugePart, GraspPart};
 
@@ -58,6 +58,8 @@ pub struct Recipe {
     pub inputs_hash: u64,
     /// The finger.
     pub chain: Chain,
+    /// What the chain was computed from, unless it was measured.
+    pub geometry: Option<Geometry>,
 }
 
 /// Read first, so that the rest is parsed as its own type and errors keep their line.
@@ -122,11 +124,11 @@ pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
         path: path.to_path_buf(),
         source,
     };
-    let (name, chain) = match from_toml::<Head>(path, text)?.kind {
+    let (name, chain, geometry) = match from_toml::<Head>(path, text)?.kind {
         Kind::Measured => {
             let measured: Measured = from_toml(path, text)?;
             let chain = measured.chain().map_err(value)?;
-            (measured.name, chain)
+            (measured.name, chain, None)
         }
         Kind::Geometry => {
             let description: Description = from_toml(path, text)?;
@@ -137,7 +139,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
                     path: path.to_path_buf(),
                     source,
                 })?;
-            (description.name, chain)
+            (description.name, chain, Some(geometry))
         }
     };
     let digest = Sha256::digest(text.as_bytes());
@@ -147,6 +149,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
         name,
         inputs_hash: u64::from_be_bytes(first),
         chain,
+        geometry,
     })
 }
 
@@ -178,6 +181,7 @@ impl Measured {
         Ok(Chain {
             link_length_m: length_mm.map(|mm| 1e-3 * mm),
             link_mass_kg: self.links.mass_g.map(|g| 1e-3 * g),
+            root_free_length_m: 0.0,
             joint_stiffness_nm_per_rad: stiffness.map(|k| 1e-3 * k / 1f64.to_radians()),
             joint_torque_nm: std::array::from_fn(torque),
             gauge: self.gauge.check(finger_mm)?,

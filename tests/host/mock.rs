@@ -87,6 +87,13 @@ impl MockBoard {
         board
     }
 
+    /// As it is some time after a reset with the valve still open.
+    pub fn inflate(&mut self, kpa: f32) {
+        self.pressure_kpa = kpa;
+        self.inflated_kpa = kpa;
+        self.bend = [kpa, 0.0];
+    }
+
     /// One tick.
     pub fn step(&mut self, command: Command) -> Outputs {
         self.now_us += 1_000;

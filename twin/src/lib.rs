@@ -23,5 +23,6 @@ pub mod json;
 pub mod plot;
 pub mod replay;
 pub mod report;
+pub mod style;
 pub mod table;
 pub mod trace;

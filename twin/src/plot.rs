@@ -6,19 +6,10 @@ use softgrip::telemetry::Event;
 
 use crate::arm::Phase;
 use crate::sim::{Run, Sample};
+use crate::style::{ALARM, FAINT, INK, PALETTE, QUIET};
 
 const PANEL_WIDTH: u32 = 620;
 const HEIGHT: u32 = 760;
-const INK: RGBColor = RGBColor(40, 44, 52);
-const FAINT: RGBColor = RGBColor(225, 228, 233);
-/// Colours that people with any colour vision tell apart (Okabe and Ito, 2008).
-const FINGER: [RGBColor; 3] = [
-    RGBColor(0, 114, 178),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 158, 115),
-];
-const ALARM: RGBColor = RGBColor(213, 60, 0);
-const QUIET: RGBColor = RGBColor(110, 118, 130);
 /// One sample in this many is drawn: 250 Hz are finer than the picture.
 const EVERY: usize = 4;
 
@@ -61,7 +52,7 @@ fn column(area: &DrawingArea<SVGBackend, Shift>, run: &Run) -> Result<(), Error>
 
     let fingers = (0..3).map(|i| Line {
         name: format!("finger {}", i + 1),
-        color: FINGER[i],
+        color: PALETTE[i],
         value: Box::new(move |s: &Sample| {
             s.seen.residual[i].map(|residual| 1e-3 * f64::from(residual.0))
         }),
@@ -82,7 +73,7 @@ fn column(area: &DrawingArea<SVGBackend, Shift>, run: &Run) -> Result<(), Error>
         },
         Line {
             name: "measured".into(),
-            color: FINGER[0],
+            color: PALETTE[0],
             value: Box::new(|s: &Sample| s.seen.pressure.map(|p| f64::from(p.0))),
         },
     ];
@@ -208,7 +199,7 @@ fn marks(run: &Run) -> Vec<(f64, RGBColor, &'static str)> {
                 }
                 Event::Holding => (QUIET, "holding"),
                 Event::Empty => (QUIET, "closed on nothing"),
-                Event::Slip { .. } => (FINGER[1], "slip"),
+                Event::Slip { .. } => (PALETTE[1], "slip"),
                 Event::Lost { .. } => (ALARM, "LOST"),
                 Event::Released => (QUIET, "released"),
                 Event::AirLoss => (ALARM, "AIR LOSS"),

@@ -1,9 +1,14 @@
-//! `softgrip table`: a finger's table, its error bound, and the published numbers beside it.
+//! A finger's table beside the published numbers: `softgrip table`.
 
-use std::fmt::Write;
-use std::path::Path;
+mod plots;
+mod text;
 
+use std::time::Instant;
+
+use finger::cartesian;
 use finger::chain::{Chain, LINKS};
+use finger::geometry::Geometry;
+use finger::model::{ModelError, Solved};
 use finger::recipe::{self, Recipe};
 use finger::table::Table;
 use serde_json::{Value, json};
@@ -13,17 +18,38 @@ use crate::json::round;
 /// Pressures of the paper's table 3, kPa.
 const PUBLISHED_KPA: [f64; 6] = [60.0, 80.0, 100.0, 120.0, 140.0, 160.0];
 
+/// Change of the tip angle when one thing about the finger changes.
+struct Sensitivity {
+    /// What changes.
+    change: &'static str,
+    /// Change of the tip angle at each of the pressures, percent; none where the section balloons.
+    tip_angle_percent: Option<Vec<f64>>,
+}
+
 /// A finger, its table, and the paper's finger to compare with.
 pub struct Report {
     recipe: Recipe,
     table: Table,
+    /// Time to get from the recipe's text to the table, s.
+    generation_s: f64,
     published: Chain,
     pressures_kpa: Vec<f64>,
+    /// The continuum at these pressures, of a finger that is described by its geometry.
+    solved: Option<Solved>,
+    sensitivity: Vec<Sensitivity>,
 }
 
 impl Report {
-    /// Tabulates a recipe. Pressures that are not asked for are the published ones.
-    pub fn new(recipe: Recipe, pressures_kpa: &[f64]) -> anyhow::Result<Self> {
+    /// Tabulates the recipe that `load` reads. Pressures that are not asked for are the published ones.
+    pub fn new(
+        load: impl FnOnce() -> anyhow::Result<Recipe>,
+        pressures_kpa: &[f64],
+    ) -> anyhow::Result<Self> {
+        let start = Instant::now();
+        let recipe = load()?;
+        let table = Table::of(&recipe)?;
+        let generation_s = start.elapsed().as_secs_f64();
+
         let max = recipe.chain.max_pressure_kpa();
         for &pressure in pressures_kpa {
             anyhow::ensure!(
@@ -31,104 +57,196 @@ impl Report {
                 "--pressure {pressure}: must lie within 0 and {max} kPa, the range of the recipe"
             );
         }
-        let pressures_kpa = if pressures_kpa.is_empty() {
-            PUBLISHED_KPA.into_iter().filter(|&p| p <= max).collect()
-        } else {
-            pressures_kpa.to_vec()
+        let mut pressures_kpa = match pressures_kpa {
+            [] => PUBLISHED_KPA.into_iter().filter(|&p| p <= max).collect(),
+            asked => asked.to_vec(),
+        };
+        pressures_kpa.sort_by(f64::total_cmp);
+        pressures_kpa.dedup();
+        let (solved, sensitivity) = match &recipe.geometry {
+            Some(geometry) => (
+                Some(geometry.solve(&pressures_kpa)?),
+                sensitivity(geometry, &pressures_kpa)?,
+            ),
+            None => (None, Vec::new()),
         };
         Ok(Self {
-            table: Table::of(&recipe)?,
+            table,
+            generation_s,
             published: paper()?.chain,
             recipe,
             pressures_kpa,
+            solved,
+            sensitivity,
         })
     }
 
-    /// For a person.
-    pub fn text(&self) -> String {
-        let chain = &self.recipe.chain;
-        let table = &self.table;
-        let mut out = String::new();
-        // Writing to a String cannot fail.
-        let _ = writeln!(
-            out,
-            "recipe {}, inputs {:016x}\n{} rows to {} kPa, {} bytes of flash; interpolation error at most {:.3} % of full scale\n",
-            table.recipe,
-            table.inputs_hash,
-            table.rows.len(),
-            table.max_pressure_kpa,
-            size_of::<softgrip::table::FingerTable>(),
-            table.error_bound_percent,
-        );
-        for (name, values) in [
-            ("joint", std::array::from_fn(|i| format!("{}", i + 1))),
-            ("stiffness, N·mm/deg", stiffness(chain).map(two_decimals)),
-            (
-                "        published",
-                stiffness(&self.published).map(two_decimals),
-            ),
-            ("link mass, g", masses(chain).map(two_decimals)),
-            (
-                "        published",
-                masses(&self.published).map(two_decimals),
-            ),
-        ] {
-            let _ = writeln!(out, "{name:<24}  {}", columns(&values));
-        }
-        let _ = writeln!(
-            out,
-            "\n kPa  strain, µε  tip, deg  tip x, y, mm      joint torque, N·mm"
-        );
-        for &pressure in &self.pressures_kpa {
-            let tip = chain.tip_position_m(pressure);
-            let _ = writeln!(
-                out,
-                "{pressure:4.0}  {:10.0}  {:8.2}  {:6.1} {:6.1}    {}",
-                chain.free_strain_ue(pressure),
-                chain.tip_angle_rad(pressure).to_degrees(),
-                1e3 * tip[0],
-                1e3 * tip[1],
-                columns(&torques(chain, pressure).map(two_decimals)),
-            );
-            if PUBLISHED_KPA.contains(&pressure) {
-                let _ = writeln!(
-                    out,
-                    "      published   {:8.2}                    {}",
-                    self.published.tip_angle_rad(pressure).to_degrees(),
-                    columns(&torques(&self.published, pressure).map(two_decimals)),
-                );
-            }
-        }
-        out
-    }
-
-    /// For a program. Lists run over pressures, inner lists over joints.
+    /// For a program. Lists run over pressures, inner lists over joints or places.
     pub fn json(&self) -> Value {
         let (table, chain) = (&self.table, &self.recipe.chain);
         let asked = &self.pressures_kpa;
+        let solved = self.solved.as_ref();
+        let places = |value: fn(&finger::model::Bend) -> &Vec<f64>| {
+            solved.map(|solved| -> Vec<Vec<f64>> {
+                let numbers = |bend| value(bend).iter().map(|&x| number(x)).collect();
+                solved.bends.iter().map(numbers).collect()
+            })
+        };
         json!({
             "recipe": table.recipe,
             "inputs_hash": format!("{:016x}", table.inputs_hash),
+            "generation_s": round(self.generation_s, 3),
             "max_pressure_kpa": table.max_pressure_kpa,
             "rows": table.rows.len(),
             "bytes": size_of::<softgrip::table::FingerTable>(),
             "interpolation_error_percent": number(table.error_bound_percent.into()),
+            "lift_error_percent": number(table.lift_error_percent.into()),
             "link_mass_g": masses(chain).map(number),
             "joint_stiffness_nmm_per_deg": stiffness(chain).map(number),
             "pressure_kpa": asked,
             "free_strain_ue": over(asked, |p| number(chain.free_strain_ue(p))),
             "tip_angle_deg": over(asked, |p| number(chain.tip_angle_rad(p).to_degrees())),
             "tip_mm": over(asked, |p| chain.tip_position_m(p).map(|m| number(1e3 * m))),
-            "joint_angle_deg": over(asked, |p| chain.joint_angles_rad(p).map(|a| number(a.to_degrees()))),
+            "joint_angle_deg": over(asked, |p| angles(chain, p).map(number)),
             "torque_nmm": over(asked, |p| torques(chain, p).map(number)),
+            "lift_n": over(asked, |p| self.lift_n(p).map(number)),
+            "place_mm": solved.map(|solved| -> Vec<f64> {
+                solved.arc_m.iter().map(|m| number(1e3 * m)).collect()
+            }),
+            "curvature_per_m": places(|bend| &bend.curvature_per_m),
+            "axial_stretch": places(|bend| &bend.stretch),
+            "chain_tip_error_percent": solved.map(|solved| -> Vec<f64> {
+                let error = |bend| number(100.0 * solved.chain_tip_error(bend));
+                solved.bends.iter().map(error).collect()
+            }),
+            "sensitivity": self.sensitivity.iter().map(|s| json!({
+                "change": s.change,
+                "tip_angle_percent": s.tip_angle_percent.as_ref().map(|list| {
+                    list.iter().map(|&x| number(x)).collect::<Vec<_>>()
+                }),
+            })).collect::<Vec<_>>(),
             "published": {
                 "joint_stiffness_nmm_per_deg": stiffness(&self.published).map(number),
                 "link_mass_g": masses(&self.published).map(number),
                 "pressure_kpa": PUBLISHED_KPA,
                 "tip_angle_deg": over(&PUBLISHED_KPA, |p| number(self.published.tip_angle_rad(p).to_degrees())),
+                "joint_angle_deg": over(&PUBLISHED_KPA, |p| angles(&self.published, p).map(number)),
                 "torque_nmm": over(&PUBLISHED_KPA, |p| torques(&self.published, p).map(number)),
             },
+            "joint_angle_rms_error_deg": number(self.joint_angle_rms_deg()),
         })
+    }
+
+    /// Root mean square of the differences of joint angles to the published `T_i / k_i` (tables 2 and 3).
+    fn joint_angle_rms_deg(&self) -> f64 {
+        let max = self.recipe.chain.max_pressure_kpa();
+        let differences: Vec<f64> = PUBLISHED_KPA
+            .into_iter()
+            .filter(|&p| p <= max)
+            .flat_map(|p| {
+                let (ours, theirs) = (angles(&self.recipe.chain, p), angles(&self.published, p));
+                std::array::from_fn::<f64, LINKS, _>(|i| ours[i] - theirs[i])
+            })
+            .collect();
+        let squares: f64 = differences.iter().map(|d| d * d).sum();
+        (squares / differences.len().max(1) as f64).sqrt()
+    }
+
+    /// Lift on sphere and cylinder, N, as the controller looks it up.
+    fn lift_n(&self, pressure_kpa: f64) -> [f64; 2] {
+        let last = self.table.rows.len() - 1;
+        let position = pressure_kpa / f64::from(self.table.max_pressure_kpa) * last as f64;
+        let i = (position as usize).min(last - 1);
+        let t = position - i as f64;
+        let [low, high] = [i, i + 1].map(|i| self.table.rows[i].lift_n.map(f64::from));
+        std::array::from_fn(|k| low[k] + t * (high[k] - low[k]))
+    }
+
+    /// The tip angle of the paper's own formulation (eqs. 1–16), degrees, or why there is none.
+    fn paper_tip_angle_deg(&self, pressure_kpa: f64) -> Option<Result<f64, String>> {
+        let geometry = self.recipe.geometry.as_ref()?;
+        Some(
+            cartesian::paper_shape(geometry, pressure_kpa)
+                .map(|shape| shape.tip_angle_rad.to_degrees())
+                .map_err(|error| error.to_string()),
+        )
+    }
+}
+
+/// The paper's own finger.
+pub fn paper() -> anyhow::Result<Recipe> {
+    let name = std::path::Path::new("recipes/paper.toml");
+    Ok(recipe::parse(
+        name,
+        include_str!("../../recipes/paper.toml"),
+    )?)
+}
+
+/// How much 0.1 mm and 10 % matter.
+fn sensitivity(geometry: &Geometry, pressures_kpa: &[f64]) -> anyhow::Result<Vec<Sensitivity>> {
+    type Change = fn(&mut Geometry);
+    const TENTH_M: f64 = 1e-4;
+    let changes: [(&'static str, Change); 8] = [
+        ("outer radius +0.1 mm", |g| {
+            sections(g, |s| s.outer_radius_m += TENTH_M)
+        }),
+        ("outer radius -0.1 mm", |g| {
+            sections(g, |s| s.outer_radius_m -= TENTH_M)
+        }),
+        ("bore radius +0.1 mm", |g| {
+            sections(g, |s| s.bore_radius_m += TENTH_M)
+        }),
+        ("bore radius -0.1 mm", |g| {
+            sections(g, |s| s.bore_radius_m -= TENTH_M)
+        }),
+        ("bore offset +0.1 mm", |g| {
+            sections(g, |s| s.bore_offset_m += TENTH_M)
+        }),
+        ("bore offset -0.1 mm", |g| {
+            sections(g, |s| s.bore_offset_m -= TENTH_M)
+        }),
+        ("rubber 10 % stiffer", |g| stiffen(g, 1.1)),
+        ("rubber 10 % softer", |g| stiffen(g, 0.9)),
+    ];
+    let tip_angles = |geometry: &Geometry| -> Result<Vec<f64>, ModelError> {
+        let solved = geometry.solve(pressures_kpa)?;
+        Ok(solved
+            .bends
+            .iter()
+            .map(|bend| bend.curve.tip_angle_rad())
+            .collect())
+    };
+    let nominal = tip_angles(geometry)?;
+    Ok(changes
+        .into_iter()
+        .map(|(change, apply)| {
+            let mut changed = geometry.clone();
+            apply(&mut changed);
+            let percent = |changed: Vec<f64>| {
+                let pairs = changed.iter().zip(&nominal);
+                pairs
+                    // Without pressure there is no angle to change.
+                    .map(|(c, n)| if *n > 0.0 { 100.0 * (c / n - 1.0) } else { 0.0 })
+                    .collect()
+            };
+            Sensitivity {
+                change,
+                tip_angle_percent: tip_angles(&changed).ok().map(percent),
+            }
+        })
+        .collect())
+}
+
+fn sections(geometry: &mut Geometry, change: impl Fn(&mut finger::section::Section)) {
+    for (_, section) in &mut geometry.stations {
+        change(section);
+    }
+}
+
+fn stiffen(geometry: &mut Geometry, factor: f64) {
+    geometry.youngs_modulus_pa *= factor;
+    for constant in &mut geometry.rubber.yeoh_pa {
+        *constant *= factor;
     }
 }
 
@@ -150,23 +268,10 @@ fn masses(chain: &Chain) -> [f64; LINKS] {
     chain.link_mass_kg.map(|kg| 1e3 * kg)
 }
 
-/// The paper's own finger.
-pub fn paper() -> anyhow::Result<Recipe> {
-    let name = Path::new("recipes/paper.toml");
-    Ok(recipe::parse(
-        name,
-        include_str!("../../recipes/paper.toml"),
-    )?)
-}
-
 fn torques(chain: &Chain, pressure_kpa: f64) -> [f64; LINKS] {
     chain.joint_torques_nm(pressure_kpa).map(|nm| 1e3 * nm)
 }
 
-fn two_decimals(value: f64) -> String {
-    format!("{value:.2}")
-}
-
-fn columns(values: &[String; LINKS]) -> String {
-    values.iter().map(|value| format!("{value:>8}")).collect()
+fn angles(chain: &Chain, pressure_kpa: f64) -> [f64; LINKS] {
+    chain.joint_angles_rad(pressure_kpa).map(f64::to_degrees)
 }

@@ -13,7 +13,11 @@ use finger::recipe::{self, Recipe};
 fn load_recipe(path: Option<&Path>) -> anyhow::Result<Recipe> {
     match path {
         Some(path) => Ok(recipe::load(path)?),
-        None => twin::table::paper(),
+        None => {
+            let name = Path::new("recipes/rtv225.toml");
+            let text = include_str!("../../../recipes/rtv225.toml");
+            Ok(recipe::parse(name, text)?)
+        }
     }
 }
 

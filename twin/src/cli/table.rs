@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use twin::files;
 use twin::table::Report;
 
 use super::load_recipe;
@@ -16,17 +17,28 @@ pub struct TableArgs {
     /// Pressures to show, separated by commas.
     #[arg(long, value_name = "KPA", value_delimiter = ',')]
     pressure: Vec<f64>,
+    /// Draw deflection, capability, interpolation error and sensitivity into this directory.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &TableArgs) -> anyhow::Result<ExitCode> {
-    let report = Report::new(load_recipe(args.recipe.as_deref())?, &args.pressure)?;
+    if let Some(dir) = &args.out {
+        files::prepare(dir)?;
+    }
+    let report = Report::new(|| load_recipe(args.recipe.as_deref()), &args.pressure)?;
     if args.json {
         println!("{}", report.json());
     } else {
         print!("{}", report.text());
+    }
+    if let Some(dir) = &args.out {
+        for (name, svg) in report.pictures()? {
+            files::write(dir, name, svg.as_bytes())?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
