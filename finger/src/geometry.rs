@@ -66,6 +66,7 @@ struct BorePart {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TipPart {
+    from_mm: f64,
     area_factor: f64,
     inertia_factor: f64,
 }
@@ -91,8 +92,10 @@ pub struct Geometry {
     pub link_length_m: [f64; LINKS],
     /// Sections with their arc lengths, m, rising; linear between, constant beyond.
     pub stations: Vec<(f64, Section)>,
-    /// Arc length where the bore ends, m; the tip beyond is solid.
+    /// Arc length where the bore ends, m; beyond it is solid.
     pub bore_end_m: f64,
+    /// Arc length from which the tip is chamfered, m.
+    pub tip_from_m: f64,
     /// Area of the tip over that of the full outline: what chamfer and nail leave of the mass.
     pub tip_area_factor: f64,
     /// Second moment of the tip over that of the full outline: what the chamfer leaves of the stiffness.
@@ -123,6 +126,7 @@ impl Description {
         }
         let length: f64 = self.links.length_mm.iter().sum();
         within("bore.end_mm", self.bore.end_mm, 0.1, length)?;
+        within("tip.from_mm", self.tip.from_mm, self.bore.end_mm, length)?;
         within("tip.area_factor", self.tip.area_factor, 0.01, 10.0)?;
         within("tip.inertia_factor", self.tip.inertia_factor, 0.01, 10.0)?;
         let free = self.root.free_length_mm;
@@ -142,6 +146,7 @@ impl Description {
             link_length_m: self.links.length_mm.map(|mm| 1e-3 * mm),
             stations: self.stations(length)?,
             bore_end_m: 1e-3 * self.bore.end_mm,
+            tip_from_m: 1e-3 * self.tip.from_mm,
             tip_area_factor: self.tip.area_factor,
             tip_inertia_factor: self.tip.inertia_factor,
             root_free_length_m: 1e-3 * free,
@@ -223,6 +228,8 @@ impl Geometry {
     pub fn area_m2(&self, s: f64) -> f64 {
         if s < self.bore_end_m {
             self.section(s).area_m2()
+        } else if s < self.tip_from_m {
+            self.section(s).solid().area_m2()
         } else {
             self.tip_area_factor * self.section(s).solid().area_m2()
         }
@@ -232,6 +239,8 @@ impl Geometry {
     pub fn bending_stiffness_nm2(&self, s: f64) -> f64 {
         let moment = if s < self.bore_end_m {
             self.section(s).second_moment_m4()
+        } else if s < self.tip_from_m {
+            self.section(s).solid().second_moment_m4()
         } else {
             self.tip_inertia_factor * self.section(s).solid().second_moment_m4()
         };
@@ -241,7 +250,7 @@ impl Geometry {
     /// Arc lengths where the sections are not smooth, and the tip, rising, m.
     pub fn breaks_m(&self) -> Vec<f64> {
         let mut breaks: Vec<f64> = self.stations.iter().map(|(at, _)| *at).collect();
-        breaks.extend([self.bore_end_m, self.length_m()]);
+        breaks.extend([self.bore_end_m, self.tip_from_m, self.length_m()]);
         breaks.retain(|s| *s > 0.0);
         breaks.sort_by(f64::total_cmp);
         breaks.dedup();
@@ -316,12 +325,12 @@ mod tests {
                 "station[1].at_mm = 0: must lie beyond the station before it, 0 mm",
             ),
             (
-                "bore_offset_mm = 2.434",
+                "bore_offset_mm = 2.4288",
                 "bore_offset_mm = 4.9",
-                "station[0].bore_radius_mm = 5.224: the wall opposite the flat is -0.141 mm thick: bore offset plus bore radius must stay below the outer radius",
+                "station[0].bore_radius_mm = 5.2086: the wall opposite the flat is -0.139 mm thick: bore offset plus bore radius must stay below the outer radius",
             ),
             (
-                "end_mm = 90.10",
+                "end_mm = 88.574",
                 "end_mm = 190.1",
                 "bore.end_mm = 190.1: must lie within 0.1 and 100",
             ),
@@ -341,7 +350,7 @@ mod tests {
                 "gauge.to_mm = 0: must lie beyond gauge.from_mm, 0 mm",
             ),
             (
-                "flat_half_angle_deg = 56.10",
+                "flat_half_angle_deg = 56.106",
                 "flat_half_angle_deg = 95.0",
                 "section.flat_half_angle_deg = 95: must lie within 0 and 89",
             ),
@@ -351,7 +360,7 @@ mod tests {
                 "unknown field `colour`",
             ),
             (
-                "inertia_factor = 0.2556",
+                "inertia_factor = 0.2605",
                 "",
                 "missing field `inertia_factor`",
             ),

@@ -122,7 +122,18 @@ impl Geometry {
         let pressures: Vec<f64> = (1..=KNOTS)
             .map(|k| max_pressure_kpa * k as f64 / KNOTS as f64)
             .collect();
-        let solved = self.solve(&pressures)?;
+        self.chain_through(&pressures)
+    }
+
+    /// The chain that is solved at these pressures only, positive and rising, and good at these only.
+    ///
+    /// # Errors
+    /// As [`Geometry::solve`].
+    ///
+    /// # Panics
+    /// Without any pressure.
+    pub fn chain_through(&self, pressures_kpa: &[f64]) -> Result<Chain, ModelError> {
+        let solved = self.solve(pressures_kpa)?;
         let torque = |i: usize| {
             let k = solved.joint_stiffness_nm_per_rad[i];
             let mut points = vec![(0.0, 0.0)];

@@ -264,3 +264,98 @@ fn bad_traces_and_recipes_are_refused_by_file_and_line() {
     let bad = put("less.toml", &paper.replace("distance_mm = 1.0", ""));
     refused(&["table", "--recipe", &bad], &["less.toml", "distance_mm"]);
 }
+
+#[test]
+fn the_default_finger_is_described_by_its_geometry_and_judged_against_the_paper() {
+    let table = &json_lines(&softgrip(&["table", "--json"]))[0];
+    assert_eq!(table["recipe"], "rtv225");
+    let rms = table["joint_angle_rms_error_deg"].as_f64();
+    assert!(rms.is_some_and(|rms| rms <= 1.1), "{rms:?}");
+    for (list, tolerance) in [
+        ("link_mass_g", 0.003),
+        ("joint_stiffness_nmm_per_deg", 0.05),
+        ("tip_angle_deg", 0.06),
+    ] {
+        let [ours, theirs] =
+            [&table[list], &table["published"][list]].map(|l| l.as_array().expect(list));
+        assert_eq!(ours.len(), 6);
+        for (ours, theirs) in ours.iter().zip(theirs) {
+            let ratio = ours.as_f64().expect("a number") / theirs.as_f64().expect("a number");
+            assert!(
+                (ratio - 1.0).abs() <= tolerance,
+                "{list}: {ours} for {theirs}"
+            );
+        }
+    }
+    let stretch = &table["axial_stretch"][4];
+    let clamp = stretch[0].as_f64();
+    assert!(clamp.is_some_and(|stretch| (1.1..1.5).contains(&stretch)));
+    assert!(table["generation_s"].as_f64().is_some_and(|s| s > 0.0));
+    // The paper counts on 5 %.
+    for error in table["chain_tip_error_percent"].as_array().expect("a list") {
+        assert!(error.as_f64().is_some_and(|error| error <= 0.3), "{error}");
+    }
+}
+
+#[test]
+fn the_tables_pictures_are_drawn() {
+    let dir = temporary();
+    let out = dir.path().to_str().expect("a path in UTF-8");
+    let output = softgrip(&["table", "--out", out]);
+    assert!(output.status.success());
+    for name in [
+        "deflection.svg",
+        "capability.svg",
+        "interpolation.svg",
+        "sensitivity.svg",
+    ] {
+        let svg = std::fs::read_to_string(dir.path().join(name)).expect(name);
+        assert!(
+            svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_geometry_that_cannot_be_is_refused_by_field_or_by_place_and_pressure() {
+    let dir = temporary();
+    let rtv225 = concat!(env!("CARGO_MANIFEST_DIR"), "/../recipes/rtv225.toml");
+    let rtv225 = std::fs::read_to_string(rtv225).expect("the recipe");
+    let with = |from: &str, to: &str| {
+        assert!(rtv225.contains(from), "{from} is not in the recipe");
+        let path = dir.path().join("finger.toml");
+        std::fs::write(&path, rtv225.replacen(from, to, 1)).expect("a file");
+        path.to_str().expect("a path in UTF-8").to_string()
+    };
+    let refused_with = |from: &str, to: &str, words: &[&str]| {
+        let path = with(from, to);
+        refused(&["table", "--recipe", &path], words);
+    };
+    refused_with(
+        "at_mm = 90.0",
+        "at_mm = 0.0",
+        &[
+            "finger.toml",
+            "station[1].at_mm",
+            "beyond the station before it",
+        ],
+    );
+    refused_with(
+        "youngs_modulus_kpa = 550.0",
+        "youngs_modulus_kpa = -550.0",
+        &["rubber.youngs_modulus_kpa = -550", "must lie within"],
+    );
+    refused_with(
+        "max_pressure_kpa = 160.0",
+        "max_pressure_kpa = 400.0",
+        &[
+            "finger.toml",
+            "mm from the clamp",
+            "balloons at about",
+            "kPa",
+        ],
+    );
+    refused_with("yeoh_mpa = [0.1, 0.02, 0.0002]", "", &["balloons at about"]);
+    refused_with("[bore]", "[boar]", &["finger.toml", "boar"]);
+}
