@@ -83,6 +83,7 @@ impl Controller {
             reading: &reading,
             contact: &contact,
             verdict,
+            air,
             tare,
             deviating_us: self.regulator.deviating_us(now),
         };

@@ -13,7 +13,7 @@
 
 use crate::FINGERS;
 use crate::condition::{Gauge, Monitor, Reading, TareResult};
-use crate::detect::Verdict;
+use crate::detect::{Air, Verdict};
 use crate::estimate::Contact;
 use crate::fault::Fault;
 use crate::settings::{Active, OnFault};
@@ -218,6 +218,8 @@ pub struct Situation<'a> {
     pub contact: &'a Contact,
     /// The detector's verdict.
     pub verdict: Verdict,
+    /// The pressure, and what it should be.
+    pub air: Air,
     /// A tare that ended in this tick.
     pub tare: Option<TareResult>,
     /// The pressure has deviated from the command for this long, µs.
@@ -228,6 +230,8 @@ pub struct Situation<'a> {
 const FINGERS_OF_A_GRIP: usize = 2;
 /// The pressure has reached its set-point within this: the regulator is good for ±1 % of 200 kPa.
 const REACHED_KPA: f32 = 3.0;
+/// The pressure should have reached its set-point when the expected one is this close.
+const DUE_KPA: f32 = 0.5;
 /// Below this the fingers are open: the monitor's own error is ±2 kPa and the finger moves by less
 /// than half a degree.
 const OPEN_KPA: f32 = 6.0;
@@ -443,10 +447,7 @@ impl Supervisor {
         events: &mut Events,
     ) {
         let contact = situation.contact;
-        let pressure = match situation.reading.monitor {
-            Monitor::Valid(pressure) => Some(pressure.0),
-            Monitor::Missing | Monitor::TooHigh => None,
-        };
+        let pressure = situation.air.measured.map(|pressure| pressure.0);
         match self.state {
             State::Idle | State::Empty { .. } | State::Fault { .. } => {}
             State::Closing {
@@ -456,7 +457,11 @@ impl Supervisor {
             } => {
                 self.report_touch(contact, events);
                 let Some(since) = reached else {
-                    if pressure.is_some_and(|p| (p - target.0).abs() <= REACHED_KPA) {
+                    let near = pressure.is_some_and(|p| (p - target.0).abs() <= REACHED_KPA);
+                    // A regulator that falls short of its set-point, but not by a fault's worth, has
+                    // reached what it can.
+                    let due = (situation.air.expected.0 - target.0).abs() <= DUE_KPA;
+                    if near || due && situation.deviating_us == 0 {
                         self.state = State::Closing {
                             target,
                             reached: Some(now),

@@ -135,6 +135,18 @@ fn a_regulator_that_never_follows_is_a_fault() {
 }
 
 #[test]
+fn a_supply_that_falls_short_by_less_than_a_fault_still_grips_and_still_tells_a_loss() {
+    let mut board = MockBoard::new(Settings::default());
+    board.leak_kpa = 134.0;
+    board.grip = [1.0; 3];
+    board.step(GRIP);
+    board.run(2_000);
+    assert_eq!(board.count(|event| *event == Event::Holding), 1);
+    board.drop_object();
+    assert_eq!(board.count(is_lost), 1);
+}
+
+#[test]
 fn over_pressure_vents_in_the_same_tick_even_where_faults_hold() {
     let mut board = MockBoard::holding(Settings {
         on_fault: OnFault::Hold,
