@@ -10,6 +10,7 @@ use crate::arm::Motion;
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
 pub struct Gripper {
     pub hand: Hand,
+    pub world: World,
     pub arm: Arm,
     pub regulator: Regulator,
     pub gauge: Gauge,
@@ -23,6 +24,15 @@ pub struct Hand {
     pub first_finger_deg: f64,
     pub damping_ms: f64,
     pub inflation_lag_ms: f64,
+    pub sliding_friction: f64,
+}
+
+/// The rigid-body engine.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "gripper.toml documents each field")]
+pub struct World {
+    pub step_ms: f64,
 }
 
 /// The arm's moves.

@@ -18,11 +18,22 @@ pub mod plant;
 pub mod events;
 pub mod sim;
 
+pub mod setup;
+
+pub mod capability;
+pub mod study;
+pub mod sweep;
+
+pub mod charts;
 pub mod files;
+pub mod fit;
+pub mod html;
 pub mod json;
 pub mod plot;
 pub mod replay;
 pub mod report;
+pub mod section;
+pub mod side_view;
 pub mod style;
 pub mod table;
 pub mod trace;

@@ -20,10 +20,22 @@ enum Action {
     ///
     /// Exits with 1 if the controller missed a loss or reported one that did not happen.
     Sim(cli::sim::SimArgs),
+    /// Replays the paper's twelve experiments and writes a report.
+    ///
+    /// Exits with 1 if the controller missed a loss or reported one that did not happen.
+    Study(cli::study::StudyArgs),
+    /// Finds the heaviest object that arrives, against the arm's acceleration.
+    Capability(cli::capability::CapabilityArgs),
+    /// Runs a grid or a random sample over any parameters of the simulated gripper.
+    Sweep(cli::sweep::SweepArgs),
     /// Runs a recorded trace (CSV) through the real controller and prints what it reports.
     Replay(cli::replay::ReplayArgs),
     /// Prints a finger's table and the paper's numbers beside it.
     Table(cli::table::TableArgs),
+    /// Prints one section's dimensions and how it bends under pressure.
+    Section(cli::section::SectionArgs),
+    /// Fits a geometry recipe to the measured bend of a free finger.
+    Fit(cli::fit::FitArgs),
 }
 
 fn main() -> ExitCode {
@@ -32,8 +44,13 @@ fn main() -> ExitCode {
         .unwrap_or(Action::Sim(cli::sim::SimArgs::default()));
     let result = match action {
         Action::Sim(args) => cli::sim::run(&args),
+        Action::Study(args) => cli::study::run(&args),
+        Action::Capability(args) => cli::capability::run(&args),
+        Action::Sweep(args) => cli::sweep::run(&args),
         Action::Replay(args) => cli::replay::run(&args),
         Action::Table(args) => cli::table::run(&args),
+        Action::Section(args) => cli::section::run(&args),
+        Action::Fit(args) => cli::fit::run(&args),
     };
     result.unwrap_or_else(|error| {
         eprintln!("softgrip: {error:#}");

@@ -14,8 +14,10 @@ use softgrip::{FINGERS, RawFrame};
 use crate::arm::{ArmState, Profile};
 use crate::gripper::Gripper;
 use crate::scenario::{ObjectKind, Scenario};
-use crate::world::{Finger, LINKS, STEP_S, Shape, World, WorldConfig};
+use crate::world::{Finger, LINKS, Shape, World, WorldConfig};
 
+/// Control tick, s.
+const TICK_S: f64 = 0.001;
 /// One 12-bit step of a left-aligned code.
 const ADC_STEP: f64 = 16.0;
 const ADC_MAX: f64 = 4095.0 * ADC_STEP;
@@ -47,7 +49,7 @@ struct Lag {
 impl Lag {
     fn new(time_constant_s: f64) -> Self {
         Self {
-            gain: 1.0 - (-STEP_S / time_constant_s).exp(),
+            gain: 1.0 - (-TICK_S / time_constant_s).exp(),
             value: 0.0,
         }
     }
@@ -74,8 +76,8 @@ impl Swing {
     fn step(&mut self, input: f64) -> f64 {
         let acceleration = Self::OMEGA * Self::OMEGA * (input - self.value)
             - 2.0 * Self::DAMPING * Self::OMEGA * self.rate;
-        self.rate += STEP_S * acceleration;
-        self.value += STEP_S * self.rate;
+        self.rate += TICK_S * acceleration;
+        self.value += TICK_S * self.rate;
         self.value
     }
 }
@@ -90,6 +92,8 @@ pub struct Plant {
     noise_ue: f64,
     rng: ChaCha8Rng,
     ticks: u64,
+    /// Steps that the world has made.
+    steps: u64,
     valve_kpa: f64,
     pressure: Lag,
     inflation: Lag,
@@ -130,8 +134,10 @@ impl Plant {
             mass_kg: scenario.mass_kg,
             grasp_depth_m: gripped.depth_m,
             friction: scenario.friction,
+            sliding_friction: hand.sliding_friction * scenario.friction,
             carry_m: 1e-3 * gripper.arm.carry_mm,
             fingers_touch: false,
+            step_s: 1e-3 * gripper.world.step_ms,
         };
         Self {
             world: World::new(&config, profile.at(0.0).position_m),
@@ -141,6 +147,7 @@ impl Plant {
             noise_ue: scenario.noise_ue,
             rng: ChaCha8Rng::seed_from_u64(scenario.seed),
             ticks: 0,
+            steps: 0,
             valve_kpa: 0.0,
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
             inflation: Lag::new(1e-3 * hand.inflation_lag_ms),
@@ -159,11 +166,11 @@ impl Plant {
     /// measured, and the truth.
     pub fn step(&mut self, dac: DacCode) -> (RawFrame, Truth) {
         self.ticks += 1;
-        let t_s = self.ticks as f64 * STEP_S;
+        let t_s = self.ticks as f64 * TICK_S;
         let arm = self.profile.at(t_s);
         let inflated_kpa = self.inflate(dac);
         let torques = self.chain.joint_torques_nm(inflated_kpa);
-        self.world.step(&[torques; FINGERS], arm.position_m);
+        self.move_world(&[torques; FINGERS]);
 
         let angles = self.world.joint_angles();
         let strain = angles.map(|angles: [f64; LINKS]| self.chain.gauge_strain_ue(&angles));
@@ -178,6 +185,21 @@ impl Plant {
             contact_n: self.world.contact_force(),
         };
         (frame, truth)
+    }
+
+    /// Brings the world up to this tick, in steps that may be shorter or longer than a tick.
+    fn move_world(&mut self, torques_nm: &[[f64; LINKS]; FINGERS]) {
+        let step_ms = self.gripper.world.step_ms;
+        while (self.steps + 1) as f64 * step_ms <= self.ticks as f64 {
+            self.steps += 1;
+            let t_s = (self.steps as f64 * step_ms) * TICK_S;
+            self.world.step(torques_nm, self.profile.at(t_s).position_m);
+        }
+    }
+
+    /// Direction in which the cylinder stands, in the palm's frame, for drawing.
+    pub fn object_axis(&self) -> [f64; 3] {
+        self.world.object_axis()
     }
 
     /// Ends of every link in the palm's frame, for drawing, m.
@@ -195,7 +217,7 @@ impl Plant {
         } else {
             0.0
         };
-        let slew = regulator.slew_kpa_per_s * STEP_S;
+        let slew = regulator.slew_kpa_per_s * TICK_S;
         self.valve_kpa += (wanted - self.valve_kpa).clamp(-slew, slew);
         let pressure = self.pressure.step(self.valve_kpa);
         self.inflation.step(pressure)

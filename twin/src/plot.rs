@@ -40,10 +40,12 @@ fn column(area: &DrawingArea<SVGBackend, Shift>, run: &Run) -> Result<(), Error>
         scenario.object,
         1e3 * scenario.mass_kg,
         scenario.accel_m_s2,
-        match (run.slid_at_s, run.latency_ms()) {
-            (None, _) => "held".to_string(),
-            (Some(_), Some(ms)) => format!("lost, reported {}", crate::report::latency(ms)),
-            (Some(_), None) => "lost, and not reported".to_string(),
+        match (run.slid_at_s, run.flagged_at_s, run.latency_ms()) {
+            (None, ..) => "held".to_string(),
+            (Some(_), Some(_), Some(ms)) =>
+                format!("lost, reported {}", crate::report::latency(ms)),
+            (Some(_), Some(s), None) => format!("lost, reported at {s:.3} s"),
+            (Some(_), None, _) => "lost, and not reported".to_string(),
         }
     );
     let area = area.titled(&title, ("sans-serif", 18).into_font().color(&INK))?;

@@ -51,10 +51,11 @@ pub fn timeline(run: &Run) -> String {
         Outcome::Pick => "the object fell while being lifted",
         Outcome::Transfer => "the object fell while being carried",
     };
-    let verdict = match (run.mistake(), run.latency_ms()) {
-        (Some(mistake), _) => format!("WRONG: {mistake}"),
-        (None, None) => "no loss reported".into(),
-        (None, Some(ms)) => format!("loss reported {}", latency(ms)),
+    let verdict = match (run.mistake(), run.flagged_at_s, run.latency_ms()) {
+        (Some(mistake), ..) => format!("WRONG: {mistake}"),
+        (None, None, _) => "no loss reported".into(),
+        (None, Some(_), Some(ms)) => format!("loss reported {}", latency(ms)),
+        (None, Some(s), None) => format!("loss reported at {s:.3} s; the grip never collapsed"),
     };
     let _ = writeln!(
         out,

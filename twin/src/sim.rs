@@ -18,11 +18,15 @@ use crate::gripper::Gripper;
 use crate::json::round;
 use crate::plant::{Plant, Truth};
 use crate::scenario::Scenario;
+use crate::world::LINKS;
 
 /// The object is gone once it has moved this far against the palm, m.
 const GONE_M: f64 = 0.020;
 /// The collapse begins when the residual sum leaves this share of its plateau for good.
 const COLLAPSE: f64 = 0.9;
+
+/// Ticks from one pose to the next.
+const POSE_TICKS: u64 = 10;
 
 /// What the physics did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,6 +63,19 @@ pub struct Sample {
     pub asked_kpa: f64,
 }
 
+/// Where everything is at one moment, seen from the palm; for drawing.
+#[derive(Debug, Clone, Copy)]
+pub struct Pose {
+    /// Time since the start, s.
+    pub t_s: f64,
+    /// Upper and lower end of every link, m.
+    pub links_m: [[[[f64; 3]; 2]; LINKS]; FINGERS],
+    /// Centre of the object, m.
+    pub object_m: [f64; 3],
+    /// Direction in which the cylinder stands.
+    pub object_axis: [f64; 3],
+}
+
 /// A finished run.
 #[derive(Debug, Clone)]
 pub struct Run {
@@ -66,6 +83,8 @@ pub struct Run {
     pub scenario: Scenario,
     /// Every tick.
     pub samples: Vec<Sample>,
+    /// Every hundredth of a second.
+    pub poses: Vec<Pose>,
     /// Everything that the controller reported.
     pub events: Vec<TimedEvent>,
     /// What the physics did.
@@ -124,6 +143,7 @@ pub fn run(
     let mut plant = Plant::new(scenario, gripper, chain);
     let ticks = (plant.profile().duration_s() * 1e6) as u64 / TICK_US;
     let mut samples = Vec::with_capacity(ticks as usize);
+    let mut poses = Vec::new();
     let mut events = Vec::new();
     let mut dac = DacCode(0);
     let mut gripping = false;
@@ -151,6 +171,14 @@ pub fn run(
             strain_ue: frame.gauges.map(|code| front_end.strain(code).0),
             asked_kpa: if gripping { scenario.pressure_kpa } else { 0.0 },
         });
+        if tick % POSE_TICKS == 0 {
+            poses.push(Pose {
+                t_s: truth.t_s,
+                links_m: plant.link_ends(),
+                object_m: truth.object_m,
+                object_axis: plant.object_axis(),
+            });
+        }
         if tick % 100 == 0 {
             progress(tick as f64 / ticks as f64);
         }
@@ -168,6 +196,7 @@ pub fn run(
             .map(|timed| timed.t_s),
         realtime_factor: (ticks * TICK_US) as f64 * 1e-6 / wall_s,
         samples,
+        poses,
         events,
     }
 }

@@ -2,15 +2,14 @@
 //! seen from the palm. The palm stays at the origin (z up, x in the direction of the transfer); the
 //! arm's motion enters as a fictitious force and as the motion of the ground.
 
+mod friction;
 mod parts;
 
 pub use parts::{FINGERS, Finger, LINKS, Shape, WorldConfig};
 
+use friction::Friction;
 use parts::Link;
 use rapier3d_f64::prelude::*;
-
-/// Length of one step, s.
-pub const STEP_S: f64 = 0.001;
 
 /// Standard gravity, m/s².
 const GRAVITY_M_S2: f64 = 9.80665;
@@ -28,13 +27,15 @@ pub struct World {
     place_m: Vector,
     /// Position of the palm now and one step ago.
     palm_m: [Vector; 2],
+    friction: Friction,
+    step_s: f64,
 }
 
 impl World {
     /// Sets up the world with the arm resting at `palm_m` (see [`crate::arm::ArmState`]).
     pub fn new(config: &WorldConfig, palm_m: [f64; 3]) -> World {
         let mut rapier = PhysicsWorld {
-            integration_parameters: settings(),
+            integration_parameters: settings(config.step_s),
             ..PhysicsWorld::default()
         };
         let palm_m = Vector::from(palm_m);
@@ -48,7 +49,7 @@ impl World {
         // times that of a finger.
         rapier.integration_parameters.dt = 0.0;
         rapier.step();
-        rapier.integration_parameters.dt = STEP_S;
+        rapier.integration_parameters.dt = config.step_s;
         for (links, finger) in fingers.iter().zip(&config.fingers) {
             for link in links {
                 let joints = &mut rapier.multibody_joints;
@@ -68,10 +69,15 @@ impl World {
             ground,
             place_m,
             palm_m: [palm_m; 2],
+            friction: Friction {
+                at_rest: config.friction,
+                sliding: config.sliding_friction,
+            },
+            step_s: config.step_s,
         }
     }
 
-    /// Advances by [`STEP_S`]: the joints are driven by `torques_nm` (inward positive, N·m), and the
+    /// Advances by one step: the joints are driven by `torques_nm` (inward positive, N·m), and the
     /// arm brings the palm to `palm_m` at the end of the step.
     ///
     /// The palm's acceleration comes from its last three positions, so that the object and the
@@ -79,7 +85,7 @@ impl World {
     pub fn step(&mut self, torques_nm: &[[f64; LINKS]; FINGERS], palm_m: [f64; 3]) {
         let [now, before] = self.palm_m;
         let next = Vector::from(palm_m);
-        let acceleration = (next - 2.0 * now + before) / (STEP_S * STEP_S);
+        let acceleration = (next - 2.0 * now + before) / (self.step_s * self.step_s);
         self.palm_m = [next, now];
 
         self.rapier.gravity = -GRAVITY_M_S2 * Vector::Z - acceleration;
@@ -97,7 +103,7 @@ impl World {
                 }
             }
         }
-        self.rapier.step();
+        self.rapier.step_with_events(&self.friction, &());
     }
 
     /// Angle of every joint, inward positive, rad.
@@ -122,6 +128,12 @@ impl World {
         })
     }
 
+    /// Direction in which the cylinder stands, in the palm's frame.
+    pub fn object_axis(&self) -> [f64; 3] {
+        let pose = self.rapier.bodies[self.object].position();
+        (pose.rotation * Vector::Z).into()
+    }
+
     /// Centre of the object in the palm's frame, m.
     pub fn object_position(&self) -> [f64; 3] {
         self.rapier.bodies[self.object].translation().into()
@@ -134,7 +146,7 @@ impl World {
                 self.rapier
                     .contact_pair(link.collider, self.object_collider)
             });
-            pairs.fold(0.0, |sum, pair| sum + pair.total_impulse_magnitude()) / STEP_S
+            pairs.fold(0.0, |sum, pair| sum + pair.total_impulse_magnitude()) / self.step_s
         })
     }
 
@@ -147,10 +159,10 @@ impl World {
 /// Solver settings, chosen by measuring how fast a held sphere creeps out of the grip: less than
 /// 1 nm/s with these, 0.1 mm/s with eight solver iterations (substeps) in place of one. Outcomes are
 /// the same with one, four and eight.
-fn settings() -> IntegrationParameters {
+fn settings(step_s: f64) -> IntegrationParameters {
     let softness = SpringCoefficients::new(120.0, 5.0);
     IntegrationParameters {
-        dt: STEP_S,
+        dt: step_s,
         num_solver_iterations: 1,
         num_internal_pgs_iterations: 12,
         num_internal_stabilization_iterations: 1,
@@ -172,6 +184,7 @@ mod tests {
     use super::*;
     use crate::arm::{Motion, Phase, Profile};
 
+    const STEP_S: f64 = 0.001;
     /// Stiffness and torques at 140 kPa, N·mm/° and N·mm, from the paper's Tables 2 and 3.
     const STIFFNESS: [f64; LINKS] = [4.12, 1.95, 1.87, 1.68, 1.62, 1.12];
     const TORQUE: [f64; LINKS] = [48.08, 24.14, 31.28, 22.24, 22.41, 7.12];
@@ -192,8 +205,10 @@ mod tests {
             mass_kg,
             grasp_depth_m: 0.039,
             friction: 0.8,
+            sliding_friction: 0.75,
             carry_m: 0.8,
             fingers_touch: false,
+            step_s: STEP_S,
         }
     }
 

@@ -1,13 +1,19 @@
 //! The subcommands: what they take, and what they do with it.
 
+pub mod capability;
+pub mod fit;
 pub mod replay;
+pub mod section;
 pub mod sim;
+pub mod study;
+pub mod sweep;
 pub mod table;
 
 use std::path::Path;
 
 use anyhow::Context;
 use finger::recipe::{self, Recipe};
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// The finger of a file, or the one that everything is about.
 fn load_recipe(path: Option<&Path>) -> anyhow::Result<Recipe> {
@@ -31,4 +37,23 @@ fn within(min: f64, max: f64) -> impl Fn(&str) -> anyhow::Result<f64> + Clone {
         );
         Ok(value)
     }
+}
+
+/// Does something that is parallel with so many threads, or as many as there are processors.
+fn in_parallel<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> anyhow::Result<T> {
+    let threads = jobs.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    Ok(pool.install(work))
+}
+
+/// A bar on standard error, if that is a terminal.
+fn progress_bar(length: u64, what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    if let Ok(style) = ProgressStyle::with_template("{pos} of {len} {msg} {wide_bar} {eta}") {
+        bar.set_style(style);
+    }
+    bar.set_message(what);
+    bar
 }

@@ -9,7 +9,7 @@ use softgrip::settings::Settings;
 use twin::gripper::Gripper;
 use twin::scenario::{ObjectKind, Scenario};
 use twin::sim::Run;
-use twin::{files, plot, report, sim, trace};
+use twin::{files, plot, report, side_view, sim, trace};
 
 use super::{load_recipe, within};
 
@@ -39,7 +39,7 @@ pub struct SimArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// Where trace.svg and trace.csv go [default: out, or nowhere with --json].
+    /// Where trace.svg, grasp.svg and trace.csv go [default: out, or nowhere with --json].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object per run.
@@ -77,9 +77,11 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = out {
         files::write(dir, "trace.csv", &trace::of_runs(&runs)?)?;
         files::write(dir, "trace.svg", plot::grasp(&runs)?.as_bytes())?;
+        let film = side_view::film(&recipe.chain, &runs);
+        files::write(dir, "grasp.svg", film.as_bytes())?;
         if !args.json {
             println!(
-                "picture and trace: {0}/trace.svg, {0}/trace.csv",
+                "pictures and trace: {0}/trace.svg, {0}/grasp.svg, {0}/trace.csv",
                 dir.display()
             );
         }

@@ -6,19 +6,13 @@ use finger::links;
 use plotters::prelude::*;
 
 use super::{PUBLISHED_KPA, Report};
+use crate::scenario::ObjectKind;
+use crate::study::{ACCELERATIONS, EXPERIMENTS, Stated};
 use crate::style::{FAINT, INK, PALETTE, QUIET};
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
-/// Objects and masses of the paper's experiments (section 4.2), kg, and the accelerations at which they
-/// were held and lost, m/s²; the cylinder of 150 g is stated at 10 m/s² alone.
-const EXPERIMENTS: [(usize, f64, &[f64], &[f64]); 4] = [
-    (0, 0.150, &[2.0, 5.0], &[10.0]),
-    (0, 0.250, &[], &[2.0, 5.0, 10.0]),
-    (1, 0.080, &[2.0, 5.0], &[10.0]),
-    (1, 0.150, &[], &[10.0]),
-];
-/// Pressure of those experiments, kPa.
+/// Pressure of the paper's experiments (section 4.2), kPa.
 const EXPERIMENTS_KPA: f64 = 140.0;
 
 /// What stands around a chart.
@@ -117,12 +111,16 @@ impl Report {
                         }
                     })
                     .collect();
+                let of_kind = [ObjectKind::Sphere, ObjectKind::Cylinder][kind];
                 let marks: Vec<(f64, f64, bool)> = EXPERIMENTS
                     .iter()
-                    .filter(|(of, ..)| *of == kind)
-                    .flat_map(|(_, mass, held, lost)| {
-                        let at = |held| move |&a: &f64| (a, 1e3 * mass, held);
-                        held.iter().map(at(true)).chain(lost.iter().map(at(false)))
+                    .filter(|experiment| experiment.object == of_kind)
+                    .flat_map(|experiment| {
+                        let at = ACCELERATIONS.into_iter().zip(experiment.stated);
+                        at.filter(|(_, stated)| *stated != Stated::Unstated)
+                            .map(|(a, stated)| {
+                                (a, 1e3 * experiment.mass_kg, stated == Stated::Hold)
+                            })
                     })
                     .collect();
                 let title = format!(

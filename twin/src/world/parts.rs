@@ -62,11 +62,15 @@ pub struct WorldConfig {
     pub grasp_depth_m: f64,
     /// Coulomb friction coefficient between the object and everything else.
     pub friction: f64,
+    /// The same while a finger slides over the object.
+    pub sliding_friction: f64,
     /// Distance from the fixture where the object stands at first to the one for which it is bound, m.
     pub carry_m: f64,
     /// Whether fingers touch each other. If not, they pass through one another when they close on
     /// nothing, and bend as freely as a single finger does.
     pub fingers_touch: bool,
+    /// Length of one step, s.
+    pub step_s: f64,
 }
 
 /// One link with the joint above it.
@@ -99,7 +103,8 @@ pub(super) fn hang_finger(
         let end = -finger.length_m[i] * Vector::Z;
         let capsule =
             ColliderBuilder::capsule_from_endpoints(Vector::ZERO, end, config.link_radius_m)
-                .mass(finger.mass_kg[i]);
+                .mass(finger.mass_kg[i])
+                .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
         let (body, collider) = rapier.insert(
             RigidBodyBuilder::dynamic().pose(frame).can_sleep(false),
             surface(capsule, config.friction, FINGER, partners),

@@ -1,0 +1,85 @@
+//! `softgrip capability`: the heaviest object against the arm's acceleration.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use twin::scenario::ObjectKind;
+use twin::setup::Setup;
+use twin::{capability, files};
+
+use super::{in_parallel, load_recipe, progress_bar, within};
+
+#[derive(Args)]
+pub struct CapabilityArgs {
+    /// What is picked up.
+    #[arg(long, default_value = "sphere")]
+    object: ObjectKind,
+    /// Pressure of the grip.
+    #[arg(long, value_name = "KPA", default_value = "140", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
+    pressure: f64,
+    /// Friction coefficient between fingers and object at rest.
+    #[arg(long, value_name = "MU", default_value = "0.8", allow_negative_numbers = true, value_parser = within(0.0, 2.0))]
+    friction: f64,
+    /// Accelerations of the arm, separated by commas.
+    #[arg(long, value_name = "M_S2", value_delimiter = ',', default_value = "1,2,3,4,5,6,8,10", allow_negative_numbers = true, value_parser = within(0.1, 50.0))]
+    accel: Vec<f64>,
+    /// The fingers [default: those that the firmware was built for].
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<PathBuf>,
+    /// Where capability.svg and capability.json go [default: out, or nowhere with --json].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Threads [default: one per processor].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+}
+
+pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
+    let out = match (&args.out, args.json) {
+        (Some(dir), _) => Some(dir.as_path()),
+        (None, false) => Some(Path::new("out")),
+        (None, true) => None,
+    };
+    if let Some(dir) = out {
+        files::prepare(dir)?;
+    }
+    let mut setup = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    setup.scenario.object = args.object;
+    setup.scenario.pressure_kpa = args.pressure;
+    setup.scenario.friction = args.friction;
+    let mut accels = args.accel.clone();
+    accels.sort_by(f64::total_cmp);
+    let bar = progress_bar(accels.len() as u64, "accelerations");
+    let limits = in_parallel(args.jobs, || {
+        capability::limits(&setup, &accels, || bar.inc(1))
+    })??;
+    bar.finish_and_clear();
+    let json = capability::json(&setup, &limits);
+    if let Some(dir) = out {
+        let chart = capability::chart(&setup, &limits)?;
+        files::write(dir, "capability.json", format!("{json}\n").as_bytes())?;
+        files::write(dir, "capability.svg", chart.as_bytes())?;
+    }
+    if args.json {
+        println!("{json}");
+        return Ok(ExitCode::SUCCESS);
+    }
+    let grams = |kg: Option<f64>| kg.map_or("none".into(), |kg| format!("{:.0} g", 1e3 * kg));
+    println!("  m/s²  twin, whole cycle  statics, lift");
+    for limit in &limits {
+        println!(
+            "{:6}  {:>17}  {:>13}",
+            limit.accel_m_s2,
+            grams(limit.twin_kg),
+            grams(limit.static_kg)
+        );
+    }
+    if let Some(dir) = out {
+        println!("chart: {}/capability.svg", dir.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

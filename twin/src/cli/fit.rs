@@ -1,0 +1,83 @@
+//! `softgrip fit`: a recipe that bends as the finger on the bench.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::Args;
+use twin::files;
+use twin::fit::data::Noise;
+use twin::fit::parameter::Parameter;
+use twin::fit::{Fit, Request};
+
+use super::within;
+
+#[derive(Args)]
+pub struct FitArgs {
+    /// What was measured on a free finger, with rising pressure: the columns pressure_kpa, and
+    /// tip_angle_deg or strain_ue or both.
+    #[arg(long, value_name = "FILE")]
+    measured: PathBuf,
+    /// The geometry recipe to start from [default: recipes/rtv225.toml].
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<PathBuf>,
+    /// Noise of the tip angles, standard deviation.
+    #[arg(long, value_name = "DEG", default_value = "0.5", allow_negative_numbers = true, value_parser = within(0.01, 20.0))]
+    noise_deg: f64,
+    /// Noise of the strains, standard deviation.
+    #[arg(long, value_name = "UE", default_value = "100", allow_negative_numbers = true, value_parser = within(1.0, 10_000.0))]
+    noise_ue: f64,
+    /// Parameters that are not to be changed, because they were measured, separated by commas.
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parameter)]
+    known: Vec<Parameter>,
+    /// Where fitted.toml and fit.svg go.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
+    files::prepare(&args.out)?;
+    let (recipe, text) = match &args.recipe {
+        Some(path) => {
+            let text = std::fs::read_to_string(path);
+            let text = text.with_context(|| format!("{}", path.display()))?;
+            (path.as_path(), text)
+        }
+        None => (
+            Path::new("recipes/rtv225.toml"),
+            include_str!("../../../recipes/rtv225.toml").to_string(),
+        ),
+    };
+    let fit = Fit::new(&Request {
+        measured: &args.measured,
+        recipe,
+        text: &text,
+        noise: Noise {
+            tip_angle_deg: args.noise_deg,
+            strain_ue: args.noise_ue,
+        },
+        known: &args.known,
+    })?;
+    let picture = fit.picture()?;
+    files::write(&args.out, "fitted.toml", fit.toml().as_bytes())?;
+    files::write(&args.out, "fit.svg", picture.as_bytes())?;
+    if args.json {
+        println!("{}", fit.json());
+    } else {
+        print!("{}", fit.text());
+        let dir = args.out.display();
+        println!("\nrecipe and picture: {dir}/fitted.toml, {dir}/fit.svg");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn parameter(name: &str) -> anyhow::Result<Parameter> {
+    let names = Parameter::ALL.map(Parameter::name);
+    Parameter::ALL
+        .into_iter()
+        .find(|parameter| parameter.name() == name)
+        .with_context(|| format!("must be one of {}", names.join(", ")))
+}

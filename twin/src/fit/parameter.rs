@@ -1,0 +1,185 @@
+//! What of a recipe a fit may change, and how: on the text itself, so that its layout and comments stay.
+
+use toml_edit::{DocumentMut, Item, TableLike, Value};
+
+use crate::json::round;
+
+/// One number by which a recipe changes, counted in steps of what one does not know without measuring.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// The outer radius of every station, together.
+    OuterRadius,
+    /// The bore's radius at every station, together.
+    BoreRadius,
+    /// The bore's offset at every station, together.
+    BoreOffset,
+    /// Yeoh's C1, and with it Young's modulus: at small strain they are one, `E = 6 C1`.
+    Stiffness,
+    /// Yeoh's C2, if the recipe has it.
+    Hardening,
+    /// Length inside the clamp that bends like the root.
+    RootLength,
+    /// Distance of the gauge's grid from the neutral axis.
+    GaugeDistance,
+}
+
+impl Parameter {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::OuterRadius,
+        Self::BoreRadius,
+        Self::BoreOffset,
+        Self::Stiffness,
+        Self::Hardening,
+        Self::RootLength,
+        Self::GaugeDistance,
+    ];
+
+    /// Its name, also on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OuterRadius => "outer-radius",
+            Self::BoreRadius => "bore-radius",
+            Self::BoreOffset => "bore-offset",
+            Self::Stiffness => "stiffness",
+            Self::Hardening => "hardening",
+            Self::RootLength => "root-length",
+            Self::GaugeDistance => "gauge-distance",
+        }
+    }
+
+    /// One step, and its unit: how well the number is known beforehand (standard deviation). Radii and
+    /// offset: a printed mould and its core. Rubber: from batch to batch. Root and gauge: by eye.
+    pub fn step(self) -> (f64, &'static str) {
+        match self {
+            Self::OuterRadius | Self::BoreRadius | Self::BoreOffset => (0.1, "mm"),
+            Self::Stiffness | Self::Hardening => (10.0, "%"),
+            Self::RootLength => (2.0, "mm"),
+            Self::GaugeDistance => (0.2, "mm"),
+        }
+    }
+
+    /// What so many steps come to, in the unit of one.
+    pub fn shift(self, steps: f64) -> f64 {
+        match self.step() {
+            // A power, so that what is scaled stays positive whatever the fit tries.
+            (percent, "%") => 100.0 * ((1.0 + 0.01 * percent).powf(steps) - 1.0),
+            (step, _) => step * steps,
+        }
+    }
+
+    /// Whether the recipe has what it changes.
+    pub fn is_in(self, recipe: &DocumentMut) -> bool {
+        self != Self::Hardening || recipe["rubber"].get("yeoh_mpa").is_some()
+    }
+
+    /// Changes a recipe that has been checked by so many steps.
+    pub fn apply(self, recipe: &mut DocumentMut, steps: f64) {
+        let shift = self.shift(steps);
+        let add = |value: f64| value + shift;
+        let scale = |value: f64| value * (1.0 + 0.01 * shift);
+        match self {
+            Self::OuterRadius => each_station(recipe, "outer_radius_mm", add),
+            Self::BoreRadius => each_station(recipe, "bore_radius_mm", add),
+            Self::BoreOffset => each_station(recipe, "bore_offset_mm", add),
+            Self::Stiffness => {
+                change(&mut recipe["rubber"]["youngs_modulus_kpa"], scale);
+                yeoh(recipe, 0, scale);
+            }
+            Self::Hardening => yeoh(recipe, 1, scale),
+            Self::RootLength => change(&mut recipe["root"]["free_length_mm"], add),
+            Self::GaugeDistance => change(&mut recipe["gauge"]["distance_mm"], add),
+        }
+    }
+}
+
+fn each_station(recipe: &mut DocumentMut, key: &str, to: impl Fn(f64) -> f64) {
+    let one = |station: &mut dyn TableLike| {
+        if let Some(item) = station.get_mut(key) {
+            change(item, &to);
+        }
+    };
+    match &mut recipe["station"] {
+        Item::ArrayOfTables(stations) => stations.iter_mut().for_each(|table| one(table)),
+        Item::Value(Value::Array(stations)) => stations
+            .iter_mut()
+            .filter_map(Value::as_inline_table_mut)
+            .for_each(|table| one(table)),
+        Item::None | Item::Value(_) | Item::Table(_) => {}
+    }
+}
+
+fn yeoh(recipe: &mut DocumentMut, index: usize, to: impl Fn(f64) -> f64) {
+    let constants = recipe["rubber"].get_mut("yeoh_mpa");
+    if let Some(value) = constants
+        .and_then(Item::as_array_mut)
+        .and_then(|array| array.get_mut(index))
+    {
+        change_value(value, to);
+    }
+}
+
+fn change(item: &mut Item, to: impl Fn(f64) -> f64) {
+    if let Some(value) = item.as_value_mut() {
+        change_value(value, to);
+    }
+}
+
+/// A number's comment and white space stay.
+fn change_value(value: &mut Value, to: impl Fn(f64) -> f64) {
+    let number = value
+        .as_float()
+        .or(value.as_integer().map(|whole| whole as f64));
+    if let Some(number) = number {
+        let decor = value.decor().clone();
+        // Six decimals: nanometres, pascals.
+        *value = Value::from(round(to(number), 6));
+        *value.decor_mut() = decor;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECIPE: &str = include_str!("../../../recipes/rtv225.toml");
+
+    #[test]
+    fn a_change_keeps_everything_else() {
+        let mut recipe: DocumentMut = RECIPE.parse().expect("a good recipe");
+        let modulus = recipe["rubber"]["youngs_modulus_kpa"].as_float();
+        Parameter::Stiffness.apply(&mut recipe, 1.0);
+        let stiffer = recipe["rubber"]["youngs_modulus_kpa"].as_float();
+        assert_eq!(stiffer, modulus.map(|kpa| round(1.1 * kpa, 6)));
+        let text = recipe.to_string();
+        let lines = RECIPE.lines().zip(text.lines());
+        let changed: Vec<_> = lines.filter(|(before, after)| before != after).collect();
+        let keys = changed.iter().map(|(_, after)| after.split(' ').next());
+        assert!(keys.eq([Some("youngs_modulus_kpa"), Some("yeoh_mpa")]));
+        let comment = |line: &str| line.split_once('#').map(|(_, comment)| comment.to_string());
+        for (before, after) in changed {
+            assert_eq!(comment(before), comment(after));
+        }
+        assert_eq!(text.lines().count(), RECIPE.lines().count());
+    }
+
+    #[test]
+    fn every_parameter_changes_a_recipe_in_either_spelling() {
+        let inline = RECIPE.replace("[[station]]\n", "");
+        let (before, after) = inline
+            .split_once("at_mm")
+            .and_then(|(before, rest)| Some((before, rest.split_once("[bore]")?.1)))
+            .expect("stations, then the bore");
+        let inline = format!(
+            "station = [{{ at_mm = 0, outer_radius_mm = 10, bore_radius_mm = 5, bore_offset_mm = 2 }}]\n{before}[bore]{after}"
+        );
+        for text in [RECIPE, &inline] {
+            for parameter in Parameter::ALL {
+                let mut recipe: DocumentMut = text.parse().expect("a good recipe");
+                assert!(parameter.is_in(&recipe));
+                parameter.apply(&mut recipe, 1.0);
+                assert_ne!(recipe.to_string(), text, "{}", parameter.name());
+            }
+        }
+    }
+}

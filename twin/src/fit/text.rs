@@ -1,0 +1,246 @@
+//! A fit in words, as JSON, and as a recipe.
+
+use std::fmt::Write;
+
+use finger::recipe::Recipe;
+use serde_json::{Value, json};
+use toml_edit::DocumentMut;
+
+use super::data::{Point, Quantity};
+use super::identify::{Candidate, DISTINCT, Verdict};
+use super::parameter::Parameter;
+use super::{Change, Fit};
+use crate::json::round;
+
+/// The fitted recipe: the old one with a name and a comment of its own.
+pub(super) fn recipe(
+    mut recipe: DocumentMut,
+    measured: &str,
+    from: &str,
+    changes: &[Change],
+) -> String {
+    let mut header = format!("# The recipe {from}, fitted to {measured}:\n");
+    for change in changes {
+        let _ = writeln!(header, "#   {}", sentence(change));
+    }
+    if let Some(name) = recipe["name"].as_value_mut() {
+        let decor = name.decor().clone();
+        let fitted = format!("{}-fitted", from.trim_end_matches("-fitted"));
+        *name = fitted.into();
+        *name.decor_mut() = decor;
+    }
+    format!("{header}# What follows was said of the recipe before.\n#\n{recipe}")
+}
+
+/// What was changed, with its standard deviation.
+fn sentence(change: &Change) -> String {
+    let (step, unit) = change.parameter.step();
+    let decimals = if unit == "%" { 1 } else { 4 };
+    format!(
+        "{} {:+.decimals$} ± {:.decimals$} {unit}",
+        change.parameter.name(),
+        change.parameter.shift(change.steps),
+        step * change.deviation,
+    )
+}
+
+impl Fit {
+    /// For a person.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            out,
+            "{}: {} values; noise {} deg, {} µε\n",
+            self.measured,
+            self.points.len(),
+            self.noise.tip_angle_deg,
+            self.noise.strain_ue
+        );
+        self.write_candidates(&mut out);
+        let _ = writeln!(out);
+        for change in &self.changes {
+            let _ = writeln!(out, "{}", sentence(change));
+        }
+        for quantity in Quantity::ALL {
+            self.write_residuals(&mut out, quantity);
+        }
+        let [before, after] = [&self.start, &self.fitted].map(|recipe| self.misfit(recipe));
+        let _ = writeln!(
+            out,
+            "\nrms residual over noise: {before:.2} before, {after:.2} after"
+        );
+        if after > 2.0 {
+            let _ = writeln!(
+                out,
+                "The residuals are larger than the noise: the model does not follow this finger, or its \
+                 measurements are worse than stated."
+            );
+        }
+        for note in self.notes() {
+            let _ = writeln!(out, "{note}");
+        }
+        out
+    }
+
+    fn write_candidates(&self, out: &mut String) {
+        let identified = &self.identified;
+        let fitted = |c: &Candidate| c.verdict == Verdict::Fitted;
+        let _ = writeln!(
+            out,
+            "parameter           step  change, %  effect  distinct  correlation             verdict"
+        );
+        for (i, candidate) in identified.candidates.iter().enumerate() {
+            let (step, unit) = candidate.parameter.step();
+            let likeness = (0..identified.candidates.len())
+                .filter(|&j| j != i && fitted(&identified.candidates[j]))
+                .map(|j| (j, identified.correlation[(i, j)]))
+                .filter(|(_, cosine)| *cosine != 0.0)
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+                .map_or(String::new(), |(j, cosine)| {
+                    let name = identified.candidates[j].parameter.name();
+                    format!("{cosine:+.3} {name}")
+                });
+            let _ = writeln!(
+                out,
+                "{:<15} {:>8}  {:>+9.1}  {:>6.1}  {:>8.1}  {likeness:<22}  {}",
+                candidate.parameter.name(),
+                format!("{step} {unit}"),
+                candidate.change_percent,
+                candidate.effect,
+                candidate.distinct,
+                words(candidate.verdict),
+            );
+        }
+        let values: Vec<String> = identified
+            .singular_values
+            .iter()
+            .map(|value| format!("{value:.1}"))
+            .collect();
+        let _ = writeln!(
+            out,
+            "step: how well it is known beforehand; effect: what a step does to all values together, in noise; \
+             distinct: what of it the fitted ones cannot imitate\nfitted: distinct of {DISTINCT} or more, the largest \
+             first; singular values of all effects: {}",
+            values.join(" ")
+        );
+    }
+
+    fn write_residuals(&self, out: &mut String, quantity: Quantity) {
+        let mut points = self.of(quantity).peekable();
+        if points.peek().is_none() {
+            return;
+        }
+        let _ = writeln!(
+            out,
+            "\n    kPa  measured    before           off by     after           off by   {}",
+            quantity.name()
+        );
+        let decimals = quantity.decimals();
+        for point in points {
+            let row = |recipe: &Recipe| {
+                let model = quantity.of(&recipe.chain, point.pressure_kpa);
+                let off = model - point.value;
+                let percent = match point.value > 0.0 {
+                    true => format!("{:+.1} %", 100.0 * off / point.value),
+                    false => String::new(),
+                };
+                format!("{model:>8.decimals$}  {off:>+7.decimals$} {percent:>8}")
+            };
+            let _ = writeln!(
+                out,
+                "{:>7.1}  {:>8.decimals$}  {}  {}",
+                point.pressure_kpa,
+                point.value,
+                row(&self.start),
+                row(&self.fitted)
+            );
+        }
+    }
+
+    /// What a reader could get wrong.
+    fn notes(&self) -> Vec<&'static str> {
+        let fits = |parameter| self.changes.iter().any(|c| c.parameter == parameter);
+        let alone = self.of(Quantity::TipAngle).next().is_none();
+        let mut notes = vec![
+            "The fitted numbers stand for the held ones too: the curve is good, the dimensions need not be.",
+        ];
+        if alone && fits(Parameter::GaugeDistance) {
+            notes.push(
+                "From strain alone the gauge's distance and the bend cannot be told apart, so the tip angle is not \
+                 better known than before: measure tip angles too, or the distance, and say --known gauge-distance.",
+            );
+        }
+        if self.points.len() <= self.changes.len() {
+            notes.push("As many parameters as values: nothing checks the fit.");
+        }
+        notes
+    }
+
+    pub(super) fn of(&self, quantity: Quantity) -> impl Iterator<Item = &Point> {
+        let points = self.points.iter();
+        points.filter(move |point| point.quantity == quantity)
+    }
+
+    /// For a program.
+    pub fn json(&self) -> Value {
+        let identified = &self.identified;
+        let number = |x: f64| round(x, 4);
+        let candidates = identified.candidates.iter().map(|c| {
+            let (step, unit) = c.parameter.step();
+            json!({
+                "name": c.parameter.name(),
+                "step": step,
+                "unit": unit,
+                "change_percent": number(c.change_percent),
+                "effect": number(c.effect),
+                "distinct": number(c.distinct),
+                "verdict": words(c.verdict),
+            })
+        });
+        let changes = self.changes.iter().map(|c| {
+            json!({
+                "name": c.parameter.name(),
+                "steps": c.steps,
+                "deviation_steps": number(c.deviation),
+            })
+        });
+        let points = self.points.iter().map(|point| {
+            let model =
+                |recipe: &Recipe| number(point.quantity.of(&recipe.chain, point.pressure_kpa));
+            json!({
+                "pressure_kpa": point.pressure_kpa,
+                "quantity": point.quantity.column(),
+                "measured": point.value,
+                "before": model(&self.start),
+                "after": model(&self.fitted),
+            })
+        });
+        let correlation = identified.correlation.row_iter();
+        let singular = identified.singular_values.iter();
+        json!({
+            "measured": self.measured,
+            "recipe": self.start.name,
+            "noise": { "tip_angle_deg": self.noise.tip_angle_deg, "strain_ue": self.noise.strain_ue },
+            "parameters": candidates.collect::<Vec<_>>(),
+            "correlation": correlation
+                .map(|row| row.iter().map(|x| number(*x)).collect())
+                .collect::<Vec<Vec<_>>>(),
+            "singular_values": singular.map(|x| number(*x)).collect::<Vec<_>>(),
+            "changes": changes.collect::<Vec<_>>(),
+            "points": points.collect::<Vec<_>>(),
+            "misfit_before": number(self.misfit(&self.start)),
+            "misfit_after": number(self.misfit(&self.fitted)),
+        })
+    }
+}
+
+fn words(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Fitted => "fitted",
+        Verdict::Known => "held: known",
+        Verdict::Weak => "held: moves the values too little",
+        Verdict::Alike => "held: looks like the fitted",
+        Verdict::Spare => "held: one too many for these values",
+    }
+}

@@ -1,0 +1,156 @@
+//! `softgrip section`: one section's dimensions, and how it bends under pressure.
+
+use std::fmt::Write;
+
+use anyhow::Context;
+use finger::hyperelastic::Rubber;
+use finger::mesh::MeshSize;
+use finger::section::Section;
+use finger::yeoh::{Inflated, SectionModel, mesh_study};
+use serde_json::{Value, json};
+
+use crate::json::round;
+
+/// Meshes of the study, coarse to fine.
+const MESHES: [MeshSize; 4] = [
+    MeshSize {
+        around: 7,
+        through: 2,
+    },
+    MeshSize::STANDARD,
+    MeshSize {
+        around: 21,
+        through: 5,
+    },
+    MeshSize {
+        around: 28,
+        through: 6,
+    },
+];
+
+/// A section, solved.
+pub struct Report {
+    section: Section,
+    rubber: Rubber,
+    states: Vec<Inflated>,
+    /// The highest pressure on several meshes.
+    study: Vec<(MeshSize, Inflated)>,
+}
+
+impl Report {
+    /// Inflates a section to pressures in any order, kPa, at least one.
+    pub fn new(
+        section: Section,
+        rubber: Rubber,
+        pressures_kpa: &[f64],
+        study_meshes: bool,
+    ) -> anyhow::Result<Self> {
+        let mut pressures_pa: Vec<f64> = pressures_kpa.iter().map(|kpa| 1e3 * kpa).collect();
+        pressures_pa.sort_by(f64::total_cmp);
+        pressures_pa.dedup();
+        let highest = *pressures_pa.last().context("no pressure")?;
+        let states = SectionModel::new(&section, rubber, MeshSize::STANDARD)?
+            .inflate(&pressures_pa)
+            .with_context(|| format!("--pressure {}", 1e-3 * highest))?;
+        let study = match study_meshes {
+            true => mesh_study(&section, rubber, highest, &MESHES)?,
+            false => Vec::new(),
+        };
+        Ok(Self {
+            section,
+            rubber,
+            states,
+            study,
+        })
+    }
+
+    /// For a person.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        let [area, centroid, moment] = self.properties();
+        let [c1, c2, c3] = self.rubber.yeoh_pa.map(|pa| 1e-6 * pa);
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            out,
+            "area {area:.2} mm², centroid {centroid:+.3} mm towards the thin side, second moment {moment:.0} mm⁴\n\
+             rubber: C1 {c1:.4}, C2 {c2:.4}, C3 {c3:.4} MPa; E {:.0} kPa at small strain\n\n\
+             \x20   kPa  curvature, 1/m   stretch   EI, N·m²",
+            1e-3 * self.rubber.youngs_modulus_pa()
+        );
+        for state in &self.states {
+            let _ = writeln!(out, "{:>7.1}  {}", 1e-3 * state.pressure_pa, row(state));
+        }
+        if let Some((finest, rest)) = self.study.split_last() {
+            let kpa = 1e-3 * finest.1.pressure_pa;
+            let _ = writeln!(
+                out,
+                "\nat {kpa} kPa\n   mesh  curvature, 1/m   stretch   EI, N·m²   off the finest, %"
+            );
+            for (size, state) in rest {
+                let off = percents(state, &finest.1).map(|percent| format!("{percent:+8.3}"));
+                let _ = writeln!(out, "{:>7}  {}  {}", mesh(*size), row(state), off.join(""));
+            }
+            let _ = writeln!(out, "{:>7}  {}", mesh(finest.0), row(&finest.1));
+        }
+        out
+    }
+
+    /// For a program.
+    pub fn json(&self) -> Value {
+        let [area, centroid, moment] = self.properties();
+        let state = |state: &Inflated| {
+            json!({
+                "pressure_kpa": round(1e-3 * state.pressure_pa, 6),
+                "curvature_per_m": round(state.curvature_per_m, 6),
+                "stretch": round(state.stretch, 6),
+                "bending_stiffness_nm2": round(state.bending_stiffness_nm2, 9),
+            })
+        };
+        let mut value = json!({
+            "area_mm2": round(area, 4),
+            "centroid_mm": round(centroid, 4),
+            "second_moment_mm4": round(moment, 3),
+            "yeoh_mpa": self.rubber.yeoh_pa.map(|pa| round(1e-6 * pa, 9)),
+            "states": self.states.iter().map(state).collect::<Vec<_>>(),
+        });
+        if !self.study.is_empty() {
+            let meshes = self.study.iter().map(|(size, on_it)| {
+                let mut row = state(on_it);
+                row["around"] = size.around.into();
+                row["through"] = size.through.into();
+                row
+            });
+            value["mesh_study"] = meshes.collect();
+        }
+        value
+    }
+
+    /// Area, mm², centroid, mm, and second moment, mm⁴.
+    fn properties(&self) -> [f64; 3] {
+        [
+            1e6 * self.section.area_m2(),
+            1e3 * self.section.centroid_m(),
+            1e12 * self.section.second_moment_m4(),
+        ]
+    }
+}
+
+fn row(state: &Inflated) -> String {
+    format!(
+        "{:>14.4}  {:>8.4}  {:>9.6}",
+        state.curvature_per_m, state.stretch, state.bending_stiffness_nm2
+    )
+}
+
+fn mesh(size: MeshSize) -> String {
+    format!("{}×{}", size.around, size.through)
+}
+
+fn percents(state: &Inflated, finest: &Inflated) -> [f64; 3] {
+    [
+        (state.curvature_per_m, finest.curvature_per_m),
+        (state.stretch, finest.stretch),
+        (state.bending_stiffness_nm2, finest.bending_stiffness_nm2),
+    ]
+    .map(|(value, finest)| 100.0 * (value / finest - 1.0))
+}

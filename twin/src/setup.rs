@@ -1,0 +1,240 @@
+//! One run with everything in it that can be varied, and the names under which it is varied.
+
+use anyhow::{Context, ensure};
+use clap::ValueEnum;
+use finger::capability::Object;
+use finger::chain::{Chain, Gripped};
+use finger::recipe::Recipe;
+use softgrip::settings::Settings;
+use softgrip::table::FingerTable;
+
+use crate::gripper::Gripper;
+use crate::scenario::{ObjectKind, Scenario};
+use crate::sim::{self, Run};
+
+/// A run that has not begun.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// What is picked up, and how fast.
+    pub scenario: Scenario,
+    /// Arm, air and gauges.
+    pub gripper: Gripper,
+    /// The fingers and how they stand around the object.
+    pub chain: Chain,
+    /// Stiffness of every joint over that of the chain, at the same torques. The controller is
+    /// calibrated to it, as after a free-bend sweep.
+    pub stiffness_factor: f64,
+    table: &'static FingerTable,
+}
+
+/// A value of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// Of a [`Parameter`].
+    Number(f64),
+    /// Of `object`.
+    Object(ObjectKind),
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Object(object) => write!(f, "{object}"),
+        }
+    }
+}
+
+/// The one parameter that is not a number.
+pub const OBJECT: &str = "object";
+
+/// A number that can be varied.
+pub struct Parameter {
+    /// Its name, with its unit. Those with a dot are named after their place in the recipe or in
+    /// `gripper.toml`.
+    pub name: &'static str,
+    range: (f64, f64),
+    set: fn(&mut Setup, f64),
+}
+
+/// All of them.
+#[rustfmt::skip]
+pub const PARAMETERS: &[Parameter] = &[
+    number("mass_kg", 0.001, 5.0, |s, x| s.scenario.mass_kg = x),
+    number("accel_m_s2", 0.1, 50.0, |s, x| s.scenario.accel_m_s2 = x),
+    number("pressure_kpa", 1.0, 160.0, |s, x| s.scenario.pressure_kpa = x),
+    number("friction", 0.0, 2.0, |s, x| s.scenario.friction = x),
+    number("noise_ue", 0.0, 5_000.0, |s, x| s.scenario.noise_ue = x),
+    number("seed", 0.0, 9e15, |s, x| s.scenario.seed = x as u64),
+    number("stiffness_factor", 0.5, 2.0, |s, x| s.stiffness_factor = x),
+    number("grasp.palm_radius_mm", 1.0, 200.0, |s, x| s.chain.grasp.palm_radius_m = 1e-3 * x),
+    number("grasp.link_radius_mm", 0.1, 50.0, |s, x| s.chain.grasp.link_radius_m = 1e-3 * x),
+    number("grasp.depth_mm", 1.0, 200.0, |s, x| s.gripped_mut().depth_m = 1e-3 * x),
+    number("grasp.diameter_mm", 1.0, 200.0, |s, x| s.set_diameter(1e-3 * x)),
+    number("hand.first_finger_deg", -360.0, 360.0, |s, x| s.gripper.hand.first_finger_deg = x),
+    number("hand.damping_ms", 1.0, 1_000.0, |s, x| s.gripper.hand.damping_ms = x),
+    number("hand.inflation_lag_ms", 1.0, 5_000.0, |s, x| s.gripper.hand.inflation_lag_ms = x),
+    number("hand.sliding_friction", 0.0, 1.0, |s, x| s.gripper.hand.sliding_friction = x),
+    number("world.step_ms", 0.1, 5.0, |s, x| s.gripper.world.step_ms = x),
+    number("arm.approach_mm", 1.0, 2_000.0, |s, x| s.gripper.arm.approach_mm = x),
+    number("arm.lift_mm", 1.0, 2_000.0, |s, x| s.gripper.arm.lift_mm = x),
+    number("arm.carry_mm", 1.0, 4_000.0, |s, x| s.gripper.arm.carry_mm = x),
+    number("arm.jerk_ramp_ms", 1.0, 1_000.0, |s, x| s.gripper.arm.jerk_ramp_ms = x),
+    number("arm.dwell_ms", 0.0, 10_000.0, |s, x| s.gripper.arm.dwell_ms = x),
+    number("arm.grip_ms", 1.0, 10_000.0, |s, x| s.gripper.arm.grip_ms = x),
+    number("arm.release_ms", 1.0, 10_000.0, |s, x| s.gripper.arm.release_ms = x),
+    number("regulator.lag_ms", 1.0, 5_000.0, |s, x| s.gripper.regulator.lag_ms = x),
+    number("regulator.slew_kpa_per_s", 1.0, 100_000.0, |s, x| s.gripper.regulator.slew_kpa_per_s = x),
+    number("regulator.gain", 0.5, 1.5, |s, x| s.gripper.regulator.gain = x),
+    number("regulator.offset_kpa", -20.0, 20.0, |s, x| s.gripper.regulator.offset_kpa = x),
+    number("regulator.monitor_noise_kpa", 0.0, 20.0, |s, x| s.gripper.regulator.monitor_noise_kpa = x),
+    number("regulator.supply_v", 0.0, 36.0, |s, x| s.gripper.regulator.supply_v = x),
+    number("gauge.creep_percent", 0.0, 50.0, |s, x| s.gripper.gauge.creep_percent = x),
+    number("gauge.creep_time_s", 0.01, 10_000.0, |s, x| s.gripper.gauge.creep_time_s = x),
+];
+
+const fn number(name: &'static str, low: f64, high: f64, set: fn(&mut Setup, f64)) -> Parameter {
+    let range = (low, high);
+    Parameter { name, range, set }
+}
+
+impl Setup {
+    /// The default run with the fingers of a recipe.
+    pub fn of(recipe: &Recipe) -> anyhow::Result<Self> {
+        Ok(Self {
+            scenario: Scenario::default(),
+            gripper: Gripper::reference(),
+            chain: recipe.chain.clone(),
+            stiffness_factor: 1.0,
+            table: sim::table_of(recipe)?,
+        })
+    }
+
+    /// Where and how the object is gripped.
+    pub fn gripped(&self) -> Gripped {
+        match self.scenario.object {
+            ObjectKind::Sphere => self.chain.grasp.sphere,
+            ObjectKind::Cylinder => self.chain.grasp.cylinder,
+        }
+    }
+
+    /// The same, to be varied.
+    pub fn gripped_mut(&mut self) -> &mut Gripped {
+        match self.scenario.object {
+            ObjectKind::Sphere => &mut self.chain.grasp.sphere,
+            ObjectKind::Cylinder => &mut self.chain.grasp.cylinder,
+        }
+    }
+
+    fn set_diameter(&mut self, diameter_m: f64) {
+        match &mut self.gripped_mut().object {
+            Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. } => {
+                *radius_m = diameter_m / 2.0;
+            }
+        }
+    }
+
+    /// Sets a parameter by its name. `object` must be set before what belongs to an object.
+    pub fn set(&mut self, name: &str, value: Value) -> anyhow::Result<()> {
+        match value {
+            Value::Object(object) => self.scenario.object = object,
+            Value::Number(number) => (parameter(name)?.set)(self, number),
+        }
+        Ok(())
+    }
+
+    /// Refuses what cannot stand or be asked for.
+    pub fn check(&self) -> anyhow::Result<()> {
+        let grasp = &self.chain.grasp;
+        let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) =
+            self.gripped().object;
+        let least_m = radius_m + grasp.link_radius_m;
+        ensure!(
+            grasp.palm_radius_m >= least_m,
+            "the open fingers would stand inside the object: with a palm radius of {:.2} mm it must be less than {:.2} mm wide",
+            1e3 * grasp.palm_radius_m,
+            2e3 * (grasp.palm_radius_m - grasp.link_radius_m),
+        );
+        let (asked, most) = (self.scenario.pressure_kpa, self.chain.max_pressure_kpa());
+        ensure!(
+            asked <= most,
+            "pressure {asked} kPa: must be at most {most}, where the recipe ends"
+        );
+        Ok(())
+    }
+
+    /// Runs it under the controller. `progress` is told the share that is done.
+    pub fn run(&self, progress: impl FnMut(f64)) -> anyhow::Result<Run> {
+        self.check()?;
+        let mut chain = self.chain.clone();
+        for stiffness in &mut chain.joint_stiffness_nm_per_rad {
+            *stiffness *= self.stiffness_factor;
+        }
+        let settings = Settings {
+            free_bend_gain: [(1.0 / self.stiffness_factor) as f32; 3],
+            ..Settings::default()
+        };
+        let controller = sim::controller(self.table, &settings)?;
+        Ok(sim::run(
+            &self.scenario,
+            &self.gripper,
+            &chain,
+            controller,
+            progress,
+        ))
+    }
+}
+
+/// Reads a value of the parameter `name`, within its range.
+pub fn value(name: &str, value: &toml::Value) -> anyhow::Result<Value> {
+    if name == OBJECT {
+        let object = value
+            .as_str()
+            .and_then(|text| ObjectKind::from_str(text, false).ok())
+            .with_context(|| format!("{name} = {value}: must be \"sphere\" or \"cylinder\""))?;
+        return Ok(Value::Object(object));
+    }
+    let (low, high) = parameter(name)?.range;
+    let number = match *value {
+        toml::Value::Integer(integer) => Some(integer as f64),
+        toml::Value::Float(float) => Some(float),
+        _ => None,
+    };
+    let number = number
+        .filter(|number| (low..=high).contains(number))
+        .with_context(|| format!("{name} = {value}: must be a number within {low} and {high}"))?;
+    Ok(Value::Number(number))
+}
+
+fn parameter(name: &str) -> anyhow::Result<&'static Parameter> {
+    PARAMETERS
+        .iter()
+        .find(|parameter| parameter.name == name)
+        .with_context(|| {
+            let known: Vec<_> = PARAMETERS.iter().map(|p| p.name).collect();
+            format!(
+                "{name}: there is no such parameter; there are {OBJECT}, {}",
+                known.join(", ")
+            )
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_has_its_own_place() {
+        let recipe = crate::table::paper().expect("the paper's recipe");
+        let default = Setup::of(&recipe).expect("a setup");
+        let mut seen = vec![format!("{default:?}")];
+        for parameter in PARAMETERS {
+            let mut varied = default.clone();
+            let value = Value::Number(0.37 * parameter.range.0 + 0.63 * parameter.range.1);
+            varied.set(parameter.name, value).expect("a parameter");
+            let text = format!("{varied:?}");
+            assert!(!seen.contains(&text), "{}", parameter.name);
+            seen.push(text);
+        }
+    }
+}

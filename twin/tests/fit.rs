@@ -1,0 +1,304 @@
+//! `softgrip fit` on fingers that are known, because the model made them.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use finger::chain::Chain;
+use finger::geometry::Description;
+use tempfile::TempDir;
+use toml_edit::DocumentMut;
+use twin::fit::data::{Noise, Quantity};
+use twin::fit::identify::Verdict;
+use twin::fit::parameter::Parameter;
+use twin::fit::{Fit, Request};
+
+const RECIPE: &str = include_str!("../../recipes/rtv225.toml");
+const FITTED_KPA: [f64; 3] = [60.0, 100.0, 140.0];
+const TESTED_KPA: [f64; 3] = [80.0, 120.0, 160.0];
+use Quantity::{Strain, TipAngle};
+
+/// The finger of the recipe with its outer radius, bore radius and bore offset off by so many 0.1 mm.
+fn finger(off: [f64; 3]) -> Chain {
+    let mut recipe: DocumentMut = RECIPE.parse().expect("a good recipe");
+    for (parameter, steps) in Parameter::ALL.into_iter().zip(off) {
+        parameter.apply(&mut recipe, steps);
+    }
+    let description: Description = toml::from_str(&recipe.to_string()).expect("a good recipe");
+    let mut pressures = [FITTED_KPA, TESTED_KPA].concat();
+    pressures.sort_by(f64::total_cmp);
+    let geometry = description.check().expect("a good finger");
+    geometry.chain_through(&pressures).expect("solves")
+}
+
+/// The measurements of a finger; `error` is added to the values of each pressure, in multiples of noise.
+fn measure(
+    finger: &Chain,
+    pressures_kpa: &[f64],
+    quantities: &[Quantity],
+    noise: Noise,
+    error: &[f64],
+) -> String {
+    let columns: Vec<&str> = quantities.iter().map(|q| q.column()).collect();
+    let mut text = format!("pressure_kpa,{}\n", columns.join(","));
+    for (kpa, error) in pressures_kpa.iter().zip(error) {
+        let value = |q: &Quantity| format!("{:.4}", q.of(finger, *kpa) + error * noise.of(*q));
+        let values: Vec<String> = quantities.iter().map(value).collect();
+        text += &format!("{kpa},{}\n", values.join(","));
+    }
+    text
+}
+
+fn temporary() -> TempDir {
+    tempfile::tempdir().expect("a temporary directory")
+}
+
+fn put(dir: &TempDir, name: &str, text: &str) -> PathBuf {
+    let path = dir.path().join(name);
+    std::fs::write(&path, text).expect("a file");
+    path
+}
+
+fn fit(csv: &str, noise: Noise, known: &[Parameter]) -> anyhow::Result<Fit> {
+    let dir = temporary();
+    Fit::new(&Request {
+        measured: &put(&dir, "measured.csv", csv),
+        recipe: Path::new("rtv225.toml"),
+        text: RECIPE,
+        noise,
+        known,
+    })
+}
+
+/// Largest error at pressures that were not fitted, %.
+fn error_percent(fit: &Fit, truth: &Chain, quantity: Quantity) -> f64 {
+    let error = |kpa: f64| {
+        let fitted = quantity.of(&fit.fitted().chain, kpa);
+        100.0 * (fitted / quantity.of(truth, kpa) - 1.0).abs()
+    };
+    TESTED_KPA.map(error).into_iter().fold(0.0, f64::max)
+}
+
+#[test]
+fn tip_angles_bring_a_finger_that_is_off_within_a_percent_where_it_was_not_measured() {
+    let noise = Noise::default();
+    let before = finger([0.0; 3]);
+    for off in [
+        [1.0, 0.0, 0.0],
+        [0.0, -1.0, 0.0],
+        [-1.0, -1.0, 1.0],
+        [1.0, 1.0, -1.0],
+        // All three in one direction: a quarter off.
+        [-1.0, 1.0, 1.0],
+    ] {
+        let truth = finger(off);
+        let wrong = (TipAngle.of(&before, 120.0) / TipAngle.of(&truth, 120.0) - 1.0).abs();
+        assert!(wrong > 0.07, "{off:?}: {wrong}");
+        let csv = measure(&truth, &FITTED_KPA, &[TipAngle], noise, &[0.0; 3]);
+        let fit = fit(&csv, noise, &[]).expect("fits");
+        let error = error_percent(&fit, &truth, TipAngle);
+        assert!(error < 1.0, "{off:?}: {error} %");
+    }
+}
+
+#[test]
+fn strains_do_too_and_tip_angles_with_them_where_the_gauge_is_known() {
+    let noise = Noise::default();
+    for off in [[0.0, 1.0, 0.0], [1.0, 1.0, -1.0]] {
+        let truth = finger(off);
+        let csv = measure(&truth, &FITTED_KPA, &[Strain], noise, &[0.0; 3]);
+        let alone = fit(&csv, noise, &[]).expect("fits");
+        let error = error_percent(&alone, &truth, Strain);
+        assert!(error < 1.0, "{off:?}: {error} %");
+        // The gauge's distance stands for what it cannot be told from, and the report says so.
+        assert!(alone.text().contains("--known gauge-distance"));
+        let known = fit(&csv, noise, &[Parameter::GaugeDistance]).expect("fits");
+        assert_eq!(known.fitted().chain.gauge, truth.gauge);
+        for quantity in Quantity::ALL {
+            let error = error_percent(&known, &truth, quantity);
+            assert!(error < 1.0, "{off:?}: {error} %");
+        }
+    }
+}
+
+#[test]
+fn both_together_tell_the_gauge_from_the_finger() {
+    let noise = Noise::default();
+    let mut truth = finger([1.0, 1.0, 1.0]);
+    truth.gauge.distance_m *= 1.2;
+    let csv = measure(&truth, &FITTED_KPA, &Quantity::ALL, noise, &[0.0; 3]);
+    let fit = fit(&csv, noise, &[]).expect("fits");
+    for quantity in Quantity::ALL {
+        let error = error_percent(&fit, &truth, quantity);
+        assert!(error < 1.0, "{error} %");
+    }
+    assert!(fit.json()["misfit_after"].as_f64() < Some(1.0));
+    let distance_m = fit.fitted().chain.gauge.distance_m;
+    assert!((distance_m / 1.2e-3 - 1.0).abs() < 0.01, "{distance_m}");
+}
+
+#[test]
+fn a_little_noise_costs_little() {
+    // A tenth of a degree, a protractor's best: at 80 kPa that is half a percent.
+    let noise = Noise {
+        tip_angle_deg: 0.1,
+        strain_ue: 20.0,
+    };
+    let truth = finger([1.0, -1.0, 0.0]);
+    for error in [[1.0, -1.0, 1.0], [-1.0, 0.5, 1.0]] {
+        let csv = measure(&truth, &FITTED_KPA, &[TipAngle], noise, &error);
+        let fit = fit(&csv, noise, &[]).expect("fits");
+        let error = error_percent(&fit, &truth, TipAngle);
+        assert!(error < 1.0, "{error} %");
+    }
+}
+
+#[test]
+fn no_more_is_fitted_than_the_points_can_tell() {
+    let noise = Noise::default();
+    let truth = finger([1.0, 1.0, 1.0]);
+    let csv = |kpa: &[f64]| measure(&truth, kpa, &[TipAngle], noise, &[0.0; 3]);
+    let all = fit(&csv(&FITTED_KPA), noise, &[]).expect("fits");
+    assert_eq!(all.changes().len(), 2);
+    let verdict = |fit: &Fit, parameter| {
+        let candidates = &fit.identified().candidates;
+        let found = candidates.iter().find(|c| c.parameter == parameter);
+        found.expect("a candidate").verdict
+    };
+    assert_eq!(verdict(&all, Parameter::BoreOffset), Verdict::Fitted);
+    assert_eq!(verdict(&all, Parameter::OuterRadius), Verdict::Alike);
+    assert_eq!(verdict(&all, Parameter::GaugeDistance), Verdict::Weak);
+    let two = fit(&csv(&[80.0, 160.0]), noise, &[]).expect("fits");
+    assert_eq!(two.changes().len(), 1);
+    assert_eq!(verdict(&two, Parameter::Stiffness), Verdict::Spare);
+    let one = fit(&csv(&[120.0]), noise, &[]).expect("fits");
+    assert_eq!(one.changes().len(), 1);
+    assert!(one.text().contains("nothing checks the fit"));
+}
+
+#[test]
+fn what_cannot_be_this_finger_is_refused() {
+    for (values, expected) in [
+        (
+            "60,0.20\n100,0.70\n140,1.4\n",
+            "the measurements are not of this",
+        ),
+        ("25,2\n", "nothing can be fitted"),
+    ] {
+        let csv = format!("pressure_kpa,tip_angle_deg\n{values}");
+        let error = fit(&csv, Noise::default(), &[]).err().expect("refused");
+        let message = format!("{error:#}");
+        assert!(message.contains(expected), "{message}");
+        assert!(message.contains("measured.csv"), "{message}");
+    }
+}
+
+fn softgrip(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_softgrip"))
+        .args(args)
+        .output()
+        .expect("softgrip starts")
+}
+
+#[test]
+fn the_command_writes_a_recipe_with_its_comments_and_a_picture() {
+    let dir = temporary();
+    let csv = "pressure_kpa,tip_angle_deg\n60,13.0\n100,45.2\n140,83.5\n";
+    let measured = put(&dir, "bench.csv", csv);
+    let path = measured.to_str().expect("a path in UTF-8");
+    let out = dir.path().join("new");
+    let out_path = out.to_str().expect("a path in UTF-8");
+    let output = softgrip(&["fit", "--measured", path, "--out", out_path]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    for words in ["bore-offset", "fitted", "singular values", "83.50"] {
+        assert!(text.contains(words), "no {words:?} in {text}");
+    }
+    let toml = std::fs::read_to_string(out.join("fitted.toml")).expect("the recipe");
+    assert!(toml.starts_with("# The recipe rtv225, fitted to bench.csv:\n#   bore-offset +0.0"));
+    let kept = |line: &&str| line.starts_with('#') || line.ends_with("# table 1");
+    for line in RECIPE.lines().filter(kept) {
+        assert!(toml.contains(line), "no {line:?} in {toml}");
+    }
+    assert!(toml.contains("name = \"rtv225-fitted\""));
+    let svg = std::fs::read(out.join("fit.svg")).expect("the picture");
+    assert!(svg.starts_with(b"<svg"));
+}
+
+#[test]
+fn bad_input_is_refused_and_leaves_nothing() {
+    let dir = temporary();
+    let out = dir.path().join("new");
+    let out = out.to_str().expect("a path in UTF-8");
+    let good = put(&dir, "good.csv", "pressure_kpa,tip_angle_deg\n100,45\n");
+    let bad = put(&dir, "bad.csv", "pressure_kpa,tip_angle_deg\n100,-45\n");
+    let weak = RECIPE.replace("yeoh_mpa = [0.1, 0.02, 0.0002]", "");
+    assert_ne!(weak, RECIPE);
+    let weak = put(&dir, "weak.toml", &weak);
+    let [good, bad, weak] = [good, bad, weak].map(|path| path.display().to_string());
+    let measured = concat!(env!("CARGO_MANIFEST_DIR"), "/../recipes/paper.toml");
+    for (args, expected) in [
+        (
+            &["--measured", &bad][..],
+            &["bad.csv", "line 2", "tip_angle_deg = -45", "within 0"][..],
+        ),
+        (&["--measured", "no.csv"], &["no.csv"]),
+        (
+            &["--measured", &good, "--recipe", measured],
+            &["paper.toml", "kind = \"measured\"", "\"geometry\""],
+        ),
+        (
+            &["--measured", &good, "--recipe", &weak],
+            &["weak.toml", "balloons at about"],
+        ),
+        (
+            &["--measured", &good, "--known", "colour"],
+            &["--known", "gauge-distance"],
+        ),
+        (&["--measured", &good, "--noise-deg", "0"], &["within 0.01"]),
+    ] {
+        let output = softgrip(&[&["fit", "--out", out], args].concat());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {error}");
+        for word in expected {
+            assert!(error.contains(word), "{args:?}: no {word:?} in {error}");
+        }
+        let left = std::fs::read_dir(out).map_or(0, Iterator::count);
+        assert_eq!(left, 0, "{args:?}");
+    }
+}
+
+#[test]
+fn a_section_is_solved_and_ballooning_is_named() {
+    let section = |more: &[&str]| {
+        let mut args = vec!["section", "--R", "9.6", "--r", "4.6", "--e", "2.7"];
+        args.extend(["--alpha", "56"]);
+        args.extend(more);
+        softgrip(&args)
+    };
+    let output = section(&["--pressure", "100,60", "--mesh-study", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let at = |list: &str, i: usize| json[list][i]["curvature_per_m"].as_f64().expect("a number");
+    assert_eq!(json["states"][0]["pressure_kpa"], 60.0);
+    assert!(at("states", 0) > 0.0 && at("states", 0) < at("states", 1));
+    assert!((at("mesh_study", 1) / at("mesh_study", 3) - 1.0).abs() < 0.005);
+    assert_eq!(at("mesh_study", 1), at("states", 1));
+    let text = String::from_utf8(section(&["--pressure", "60"]).stdout).expect("UTF-8");
+    assert!(text.contains("area 175.70 mm²"), "{text}");
+    for (more, expected) in [
+        (
+            &["--pressure", "120", "--youngs-modulus", "550"][..],
+            "--pressure 120: the section balloons at about 7",
+        ),
+        (&["--pressure", "NaN"], "within 0 and 1000"),
+        (&["--pressure", "60", "--yeoh", "0.1,0.02"], "three numbers"),
+        (
+            &["--pressure", "60", "--yeoh", "0.1,0.02,-1"],
+            "C3: must lie within 0 and 1",
+        ),
+    ] {
+        let output = section(more);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {error}");
+        assert!(error.contains(expected), "{more:?}: {error}");
+    }
+}
