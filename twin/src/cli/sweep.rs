@@ -17,7 +17,7 @@ use super::{in_parallel, load_recipe, progress_bar};
 pub struct SweepArgs {
     #[command(subcommand)]
     merge: Option<Action>,
-    /// What to sweep (TOML): kind = "grid" or "random", `[vary]`, [fixed].
+    /// What to sweep (TOML): kind = "grid" or "random", `[vary]`, `[fixed]`.
     #[arg(required = true)]
     spec: Option<PathBuf>,
     /// Where results.csv and results.parquet go. A sweep that was interrupted goes on there.
