@@ -167,14 +167,13 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel) -> Result<()
             let look = series.look;
             drawn.label(&series.name).legend(move |(x, y)| {
                 let line = |from, to| {
-                    PathElement::new([(x + from, y), (x + to, y)], color.stroke_width(2))
+                    PathElement::new([(x + from, y), (x + to, y)], color.stroke_width(2)).into_dyn()
                 };
                 match look {
                     Look::Line => line(0, 16),
                     Look::Dashed => line(2, 8),
-                    Look::Dots | Look::Rings => {
-                        PathElement::new([(x + 6, y), (x + 10, y)], color.stroke_width(5))
-                    }
+                    Look::Dots => Circle::new((x + 8, y), 4, color.filled()).into_dyn(),
+                    Look::Rings => Circle::new((x + 8, y), 4, color.stroke_width(2)).into_dyn(),
                 }
             });
         }

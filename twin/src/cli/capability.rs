@@ -1,6 +1,6 @@
 //! `softgrip capability`: the heaviest object against the arm's acceleration.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -8,7 +8,7 @@ use twin::scenario::ObjectKind;
 use twin::setup::Setup;
 use twin::{capability, files};
 
-use super::{in_parallel, load_recipe, progress_bar, within};
+use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
 pub struct CapabilityArgs {
@@ -27,26 +27,15 @@ pub struct CapabilityArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// Where capability.svg and capability.json go [default: out, or nowhere with --json].
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Print JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: Output,
     /// Threads [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 }
 
 pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
-    let out = match (&args.out, args.json) {
-        (Some(dir), _) => Some(dir.as_path()),
-        (None, false) => Some(Path::new("out")),
-        (None, true) => None,
-    };
-    if let Some(dir) = out {
-        files::prepare(dir)?;
-    }
+    let out = args.output.directory()?;
     let mut setup = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
     setup.scenario.object = args.object;
     setup.scenario.pressure_kpa = args.pressure;
@@ -64,7 +53,7 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
         files::write(dir, "capability.json", format!("{json}\n").as_bytes())?;
         files::write(dir, "capability.svg", chart.as_bytes())?;
     }
-    if args.json {
+    if args.output.json {
         println!("{json}");
         return Ok(ExitCode::SUCCESS);
     }

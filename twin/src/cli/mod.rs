@@ -9,11 +9,37 @@ pub mod study;
 pub mod sweep;
 pub mod table;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use clap::Args;
 use finger::recipe::{self, Recipe};
 use indicatif::{ProgressBar, ProgressStyle};
+use twin::files;
+
+/// Where results go.
+#[derive(Args, Default)]
+struct Output {
+    /// Directory for the files [default: out, or none with --json].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Output {
+    /// The directory for the files, once it is sure that they can be written there.
+    fn directory(&self) -> anyhow::Result<Option<&Path>> {
+        let dir = match (&self.out, self.json) {
+            (Some(dir), _) => dir.as_path(),
+            (None, false) => Path::new("out"),
+            (None, true) => return Ok(None),
+        };
+        files::prepare(dir)?;
+        Ok(Some(dir))
+    }
+}
 
 /// The finger of a file, or the one that everything is about.
 fn load_recipe(path: Option<&Path>) -> anyhow::Result<Recipe> {

@@ -1,6 +1,6 @@
 //! `softgrip sim`: one pick-and-place run, or the two that show what this is about.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -11,7 +11,7 @@ use twin::scenario::{ObjectKind, Scenario};
 use twin::sim::Run;
 use twin::{files, plot, report, side_view, sim, trace};
 
-use super::{load_recipe, within};
+use super::{Output, load_recipe, within};
 
 #[derive(Args, Default)]
 pub struct SimArgs {
@@ -39,23 +39,12 @@ pub struct SimArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// Where trace.svg, grasp.svg and trace.csv go [default: out, or nowhere with --json].
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Print one JSON object per run.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: Output,
 }
 
 pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
-    let out = match (&args.out, args.json) {
-        (Some(dir), _) => Some(dir.as_path()),
-        (None, false) => Some(Path::new("out")),
-        (None, true) => None,
-    };
-    if let Some(dir) = out {
-        files::prepare(dir)?;
-    }
+    let out = args.output.directory()?;
     let recipe = load_recipe(args.recipe.as_deref())?;
     let table = sim::table_of(&recipe)?;
     let gripper = Gripper::reference();
@@ -67,7 +56,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
             bar.set_position((100.0 * share) as u64);
         });
         bar.finish_and_clear();
-        if args.json {
+        if args.output.json {
             println!("{}", run.json());
         } else {
             println!("{}", report::timeline(&run));
@@ -79,7 +68,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
         files::write(dir, "trace.svg", plot::grasp(&runs)?.as_bytes())?;
         let film = side_view::film(&recipe.chain, &runs);
         files::write(dir, "grasp.svg", film.as_bytes())?;
-        if !args.json {
+        if !args.output.json {
             println!(
                 "pictures and trace: {0}/trace.svg, {0}/grasp.svg, {0}/trace.csv",
                 dir.display()

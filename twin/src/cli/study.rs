@@ -9,33 +9,22 @@ use serde_json::Value;
 use twin::study::{self, Case};
 use twin::{files, html, report};
 
-use super::{in_parallel, load_recipe, progress_bar};
+use super::{Output, in_parallel, load_recipe, progress_bar};
 
 #[derive(Args)]
 pub struct StudyArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// Where report.html, study.json and sensitivity.json go [default: out, or nowhere with --json].
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Print the runs as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: Output,
     /// Threads [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
 }
 
 pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
-    let out = match (&args.out, args.json) {
-        (Some(dir), _) => Some(dir.as_path()),
-        (None, false) => Some(Path::new("out")),
-        (None, true) => None,
-    };
-    if let Some(dir) = out {
-        files::prepare(dir)?;
-    }
+    let out = args.output.directory()?;
     in_parallel(args.jobs, || study(args, out))?
 }
 
@@ -70,7 +59,7 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
         files::write(dir, "report.html", page.as_bytes())?;
     }
     bar.finish_and_clear();
-    if args.json {
+    if args.output.json {
         println!("{list}");
     } else {
         for case in &cases {
@@ -83,7 +72,7 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
             .count();
         println!("{agreeing} of {stated} stated outcomes; {programme} runs in {took:.1} s");
     }
-    if let (Some(dir), false) = (out, args.json) {
+    if let (Some(dir), false) = (out, args.output.json) {
         println!("report: {}/report.html", dir.display());
     }
     let mistakes: Vec<String> = cases
