@@ -2,10 +2,11 @@
 
 use micromath::F32Ext;
 
+use crate::command::Command;
 use crate::condition::{Conditioner, Gauge, Monitor, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::estimate::{Contact, Estimator};
-use crate::grasp::{Command, Request, Situation, State, Supervisor};
+use crate::grasp::{Request, Situation, State, Supervisor};
 use crate::interlock::interlock;
 use crate::regulate::Regulator;
 use crate::settings::Active;

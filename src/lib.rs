@@ -30,6 +30,7 @@ pub mod estimate;
 
 pub mod detect;
 
+pub mod command;
 pub mod inputs;
 
 pub mod grasp;
@@ -42,9 +43,9 @@ pub mod controller;
 
 pub mod telemetry;
 
+pub use command::{Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};
-pub use grasp::{Command, Grip};
 
 /// Fingers, and strain gauges, of the gripper.
 pub const FINGERS: usize = 3;

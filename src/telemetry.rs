@@ -1,8 +1,9 @@
 //! What the controller tells the world: a snapshot that may be dropped, and events that may not.
 
 use crate::FINGERS;
+use crate::command::Refusal;
 use crate::fault::Fault;
-use crate::grasp::{Loss, Refusal, State};
+use crate::grasp::{Loss, State};
 use crate::units::{Degrees, Instant, Kilopascals, Microstrain};
 
 /// Something that happened in one tick.

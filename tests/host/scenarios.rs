@@ -1,8 +1,9 @@
 //! What the controller must do on a mocked board; every test is named after the behaviour it pins.
 
 use crate::mock::{GaugeState, MockBoard};
+use softgrip::command::{Payload, Refusal};
 use softgrip::fault::Fault;
-use softgrip::grasp::{Payload, Refusal, State};
+use softgrip::grasp::State;
 use softgrip::settings::{OnFault, Settings};
 use softgrip::table::{FINGER, ObjectKind};
 use softgrip::telemetry::Event;

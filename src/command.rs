@@ -1,0 +1,113 @@
+//! What the robot wants, and why it may not get it.
+
+use crate::settings::Active;
+use crate::table::{FingerTable, ObjectKind, Range};
+use crate::units::{Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Newtons};
+
+/// How hard to grip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Grip {
+    /// At the pressure of the settings.
+    Default,
+    /// At this pressure.
+    Pressure(Kilopascals),
+    /// At the pressure that bends a free finger this far.
+    Bend(Degrees),
+    /// At the lowest pressure that lifts this with the margin of the settings.
+    Payload(Payload),
+}
+
+/// What is to be carried, and how fast.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Payload {
+    /// Its shape, in the size of the recipe.
+    pub kind: ObjectKind,
+    /// Its mass.
+    pub mass: Kilograms,
+    /// Greatest acceleration of the arm, upwards.
+    pub acceleration: MetresPerSecondSquared,
+}
+
+/// Standard gravity, m/s².
+const GRAVITY: f32 = 9.806_65;
+
+impl Payload {
+    /// What the fingers must lift: `m (g + a)` (paper, eq. 35, corrected).
+    pub fn load(&self) -> Newtons {
+        Newtons(self.mass.0 * (GRAVITY + self.acceleration.0))
+    }
+
+    /// Lift at `pressure` beyond the load, as a share of the load.
+    pub fn margin(&self, table: &FingerTable, pressure: Kilopascals) -> f32 {
+        let (lift, _) = table.lift(self.kind, pressure);
+        lift.0 / self.load().0 - 1.0
+    }
+
+    /// The lowest pressure that lifts the payload with the margin, or why there is none.
+    pub(crate) fn pressure(
+        &self,
+        table: &FingerTable,
+        active: &Active,
+    ) -> Result<Kilopascals, Refusal> {
+        // A NaN is in no range.
+        if !(self.mass.0 > 0.0 && self.acceleration.0 >= 0.0 && self.load().0.is_finite()) {
+            return Err(Refusal::PayloadInvalid);
+        }
+        let wanted = Newtons(self.load().0 * (1.0 + active.lift_margin));
+        match table.pressure_for_lift(self.kind, wanted) {
+            (pressure, Range::Inside) if pressure.0 <= active.max_pressure.0 => Ok(pressure),
+            _ => {
+                let (most, _) = table.lift(self.kind, active.max_pressure);
+                let per_kilogram = (1.0 + active.lift_margin) * (GRAVITY + self.acceleration.0);
+                Err(Refusal::PayloadTooHeavy {
+                    possible: Kilograms(most.0 / per_kilogram),
+                })
+            }
+        }
+    }
+}
+
+/// What the robot wants. The latest command wins; a tick without a new one gets `Continue`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Command {
+    /// Nothing new.
+    Continue,
+    /// Close the fingers.
+    Grip(Grip),
+    /// Let go.
+    Release,
+    /// Go to the safe state at once.
+    Stop,
+    /// The operator has seen what is latched.
+    Acknowledge,
+    /// Take the present strain as zero.
+    Tare,
+}
+
+/// Why a command was not carried out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refusal {
+    /// The pressure is not a number between zero and the limit.
+    PressureOutOfRange,
+    /// No pressure within the limit bends the finger that far.
+    BendOutOfRange,
+    /// Mass or acceleration is not a positive number.
+    PayloadInvalid,
+    /// No pressure within the limit lifts that much with the margin of the settings.
+    PayloadTooHeavy {
+        /// What could be lifted at that acceleration.
+        possible: Kilograms,
+    },
+    /// A fault is latched.
+    FaultLatched,
+    /// A loss is latched.
+    LostLatched,
+    /// A tare needs open fingers without pressure.
+    NotIdle,
+    /// A gauge was unusable or too far from zero during the tare.
+    TareRejected,
+}
