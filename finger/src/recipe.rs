@@ -16,12 +16,12 @@ use crate::mounting::{GaugePart, GraspPart};
 #[derive(Debug, thiserror::Error)]
 pub enum RecipeError {
     /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     Read {
         /// The recipe file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        error: std::io::Error,
     },
     /// The file is not TOML, or a field is missing, unknown or of the wrong type.
     #[error("{}: {message}", path.display())]
@@ -32,20 +32,20 @@ pub enum RecipeError {
         message: String,
     },
     /// A value that no finger can have.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     Value {
         /// The recipe file.
         path: PathBuf,
         /// The field, and what would be right.
-        source: FieldError,
+        error: FieldError,
     },
     /// The model of a geometry recipe has no answer.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     Model {
         /// The recipe file.
         path: PathBuf,
         /// Where and at which pressure.
-        source: ModelError,
+        error: ModelError,
     },
 }
 
@@ -111,18 +111,18 @@ struct Torque {
 
 /// Reads and checks the recipe at `path`.
 pub fn load(path: &Path) -> Result<Recipe, RecipeError> {
-    let text = std::fs::read_to_string(path).map_err(|source| RecipeError::Read {
+    let text = std::fs::read_to_string(path).map_err(|error| RecipeError::Read {
         path: path.to_path_buf(),
-        source,
+        error,
     })?;
     parse(path, &text)
 }
 
 /// Checks the recipe `text`; `path` is for messages.
 pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
-    let value = |source| RecipeError::Value {
+    let value = |error| RecipeError::Value {
         path: path.to_path_buf(),
-        source,
+        error,
     };
     let (name, chain, geometry) = match from_toml::<Head>(path, text)?.kind {
         Kind::Measured => {
@@ -135,9 +135,9 @@ pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
             let geometry = description.check().map_err(value)?;
             let chain = geometry
                 .chain(description.max_pressure_kpa)
-                .map_err(|source| RecipeError::Model {
+                .map_err(|error| RecipeError::Model {
                     path: path.to_path_buf(),
-                    source,
+                    error,
                 })?;
             (description.name, chain, Some(geometry))
         }

@@ -261,6 +261,10 @@ fn bad_traces_and_recipes_are_refused_by_file_and_line() {
         &["table", "--recipe", &bad],
         &["bad.toml", "links.mass_g[1]", "-3.94", "must lie within"],
     );
+    // Said once, not again as its own cause.
+    let output = softgrip(&["table", "--recipe", "no-such-recipe.toml"]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(error.matches("No such file").count(), 1, "{error}");
     let bad = put("less.toml", &paper.replace("distance_mm = 1.0", ""));
     refused(&["table", "--recipe", &bad], &["less.toml", "distance_mm"]);
 }
