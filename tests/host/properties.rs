@@ -99,7 +99,7 @@ proptest! {
             board.run(1);
         }
         board.run(1_500);
-        prop_assert_eq!(board.count(|event| matches!(event, Event::Lost { .. })), 0);
+        prop_assert_eq!(board.count(|event| matches!(event, Event::Lost(_))), 0);
     }
 
     #[test]
