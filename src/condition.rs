@@ -1,9 +1,10 @@
 //! Converter codes → strain, pressure and supply, each either trustworthy or named as what it is.
 
+use crate::FINGERS;
 use crate::fault::GaugeFault;
 use crate::frontend::FrontEnd;
+use crate::math::lag_gain;
 use crate::units::{AdcCode, Kilopascals, Microstrain, Volts};
-use crate::{FINGERS, settings::lag_gain};
 
 /// What the converter delivered for one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

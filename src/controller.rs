@@ -1,7 +1,5 @@
 //! One control tick, from converter codes to converter codes.
 
-use micromath::F32Ext;
-
 use crate::command::Command;
 use crate::condition::{Conditioner, Gauge, Monitor, RawFrame, Reading};
 use crate::detect::Detector;
@@ -9,6 +7,7 @@ use crate::estimate::{Contact, Estimator};
 use crate::fault::Fault;
 use crate::grasp::{Request, Situation, State, Supervisor};
 use crate::interlock::interlock;
+use crate::math::root;
 use crate::regulate::Regulator;
 use crate::settings::Active;
 use crate::table::FingerTable;
@@ -158,33 +157,6 @@ impl Controller {
                 .payload()
                 .map(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
             noise: noise.map(Microstrain),
-        }
-    }
-}
-
-/// Square root of a number that is not negative. micromath's is up to 6 % off; two Newton steps bring
-/// that to 2e-6, for less than the exact root of libm costs.
-fn root(x: f32) -> f32 {
-    let mut root = F32Ext::sqrt(x);
-    if root > 0.0 {
-        root = 0.5 * (root + x / root);
-        root = 0.5 * (root + x / root);
-    }
-    root
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_approximate_root_is_inside_the_budget_of_a_thousandth() {
-        assert!(root(0.0) < 1e-3);
-        let mut x = 1e-3f32;
-        while x < 1e8 {
-            let error = root(x) / libm::sqrtf(x) - 1.0;
-            assert!(error.abs() < 1e-5, "{error} at {x}");
-            x *= 1.01;
         }
     }
 }

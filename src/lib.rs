@@ -19,6 +19,7 @@ extern crate std;
 
 pub mod fault;
 pub mod frontend;
+mod math;
 pub mod settings;
 pub mod table;
 pub mod units;

@@ -2,6 +2,7 @@
 
 use crate::TICK_US;
 use crate::frontend::FrontEnd;
+use crate::math::lag_gain;
 use crate::table::FingerTable;
 use crate::units::{Kilopascals, Volts};
 
@@ -107,9 +108,9 @@ impl Default for Settings {
             contact_ue: 500.0,
             contact_percent: 5.0,
             settle_ms: 150.0,
-            loss_allowance_percent: 12.0,
-            loss_evidence_percent_ms: 60.0,
-            slip_percent: 5.0,
+            loss_allowance_percent: 5.0,
+            loss_evidence_percent_ms: 8.0,
+            slip_percent: 7.0,
             air_loss_kpa: 8.0,
             not_following_ms: 300.0,
             // 24 V − 15 %, the lower limit of most regulators.
@@ -283,12 +284,6 @@ fn micros(ms: f32) -> u64 {
     (1e3 * ms) as u64
 }
 
-/// Share of the way that a first-order lag goes in one tick: `1 − exp(−dt/τ)`. libm, because at long
-/// time constants the share is small and an approximate exponential would be off by more than itself.
-pub(crate) fn lag_gain(time_constant_ms: f32) -> f32 {
-    -libm::expm1f(-(TICK_US as f32) * 1e-3 / time_constant_ms)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -335,15 +330,5 @@ mod tests {
             }),
             "grip_pressure_kpa = 150: must lie within 1 and 120"
         );
-    }
-
-    #[test]
-    fn a_lag_reaches_63_percent_after_its_time_constant() {
-        let gain = lag_gain(80.0);
-        let mut value = 0.0;
-        for _ in 0..80 {
-            value += gain * (1.0 - value);
-        }
-        assert!((value - (1.0 - libm::expf(-1.0))).abs() < 1e-5);
     }
 }
