@@ -1,10 +1,14 @@
 //! What the controller is worth: how soon it reports a loss, and how often it cries wolf.
 
+pub mod alarms;
 pub mod case;
+pub mod hand;
 pub mod latency;
 pub mod meter;
 pub mod record;
 pub mod report;
+pub mod response;
+pub mod routine;
 pub mod statistics;
 mod store;
 

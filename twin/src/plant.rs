@@ -52,20 +52,20 @@ pub struct Disturbance {
 
 /// First-order lag.
 #[derive(Debug, Clone, Copy)]
-struct Lag {
+pub(crate) struct Lag {
     gain: f64,
     value: f64,
 }
 
 impl Lag {
-    fn new(time_constant_s: f64) -> Self {
+    pub fn new(time_constant_s: f64) -> Self {
         Self {
             gain: 1.0 - (-TICK_S / time_constant_s).exp(),
             value: 0.0,
         }
     }
 
-    fn step(&mut self, input: f64) -> f64 {
+    pub fn step(&mut self, input: f64) -> f64 {
         self.value += self.gain * (input - self.value);
         self.value
     }
@@ -74,7 +74,7 @@ impl Lag {
 /// A free finger's swing behind its pressure, fitted to free closes and openings of the simulated
 /// finger (0.003 rad at worst).
 #[derive(Debug, Clone, Copy, Default)]
-struct Swing {
+pub(crate) struct Swing {
     value: f64,
     rate: f64,
 }
@@ -84,12 +84,50 @@ impl Swing {
     const OMEGA: f64 = 37.0;
     const DAMPING: f64 = 0.45;
 
-    fn step(&mut self, input: f64) -> f64 {
+    pub fn step(&mut self, input: f64) -> f64 {
         let acceleration = Self::OMEGA * Self::OMEGA * (input - self.value)
             - 2.0 * Self::DAMPING * Self::OMEGA * self.rate;
         self.rate += TICK_S * acceleration;
         self.value += TICK_S * self.rate;
         self.value
+    }
+}
+
+/// Fingers and object as the rigid-body engine knows them.
+pub fn world_config(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> WorldConfig {
+    let hand = &gripper.hand;
+    let fingers = hand.finger_stiffness.map(|factor| Finger {
+        length_m: chain.link_length_m,
+        mass_kg: chain.link_mass_kg,
+        stiffness_nm_rad: chain.joint_stiffness_nm_per_rad.map(|k| factor * k),
+        damping_s: 1e-3 * hand.damping_ms,
+    });
+    let gripped = match scenario.object {
+        ObjectKind::Sphere => chain.grasp.sphere,
+        ObjectKind::Cylinder => chain.grasp.cylinder,
+    };
+    let shape = match gripped.object {
+        Object::Sphere { radius_m } => Shape::Sphere {
+            diameter_m: 2.0 * radius_m,
+        },
+        Object::Cylinder { radius_m, height_m } => Shape::Cylinder {
+            diameter_m: 2.0 * radius_m,
+            height_m,
+        },
+    };
+    WorldConfig {
+        fingers,
+        link_radius_m: chain.grasp.link_radius_m,
+        palm_radius_m: chain.grasp.palm_radius_m,
+        first_finger_rad: TAU * hand.first_finger_deg / 360.0,
+        shape,
+        mass_kg: scenario.mass_kg,
+        grasp_depth_m: gripped.depth_m,
+        friction: scenario.friction,
+        sliding_friction: hand.sliding_friction * scenario.friction,
+        carry_m: 1e-3 * gripper.arm.carry_mm,
+        fingers_touch: false,
+        step_s: 1e-3 * gripper.world.step_ms,
     }
 }
 
@@ -117,40 +155,7 @@ impl Plant {
     /// A gripper above an object, without pressure.
     pub fn new(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> Self {
         let profile = Profile::new(&gripper.motion(scenario.accel_m_s2));
-        let hand = &gripper.hand;
-        let fingers = hand.finger_stiffness.map(|factor| Finger {
-            length_m: chain.link_length_m,
-            mass_kg: chain.link_mass_kg,
-            stiffness_nm_rad: chain.joint_stiffness_nm_per_rad.map(|k| factor * k),
-            damping_s: 1e-3 * hand.damping_ms,
-        });
-        let gripped = match scenario.object {
-            ObjectKind::Sphere => chain.grasp.sphere,
-            ObjectKind::Cylinder => chain.grasp.cylinder,
-        };
-        let shape = match gripped.object {
-            Object::Sphere { radius_m } => Shape::Sphere {
-                diameter_m: 2.0 * radius_m,
-            },
-            Object::Cylinder { radius_m, height_m } => Shape::Cylinder {
-                diameter_m: 2.0 * radius_m,
-                height_m,
-            },
-        };
-        let config = WorldConfig {
-            fingers,
-            link_radius_m: chain.grasp.link_radius_m,
-            palm_radius_m: chain.grasp.palm_radius_m,
-            first_finger_rad: TAU * hand.first_finger_deg / 360.0,
-            shape,
-            mass_kg: scenario.mass_kg,
-            grasp_depth_m: gripped.depth_m,
-            friction: scenario.friction,
-            sliding_friction: hand.sliding_friction * scenario.friction,
-            carry_m: 1e-3 * gripper.arm.carry_mm,
-            fingers_touch: false,
-            step_s: 1e-3 * gripper.world.step_ms,
-        };
+        let config = world_config(scenario, gripper, chain);
         Self {
             world: World::new(&config, profile.at(0.0).position_m),
             profile,
@@ -162,7 +167,7 @@ impl Plant {
             steps: 0,
             valve_kpa: 0.0,
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            inflation: Lag::new(1e-3 * hand.inflation_lag_ms),
+            inflation: Lag::new(1e-3 * gripper.hand.inflation_lag_ms),
             bending: Swing::default(),
             creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
             disturbance: Disturbance::default(),

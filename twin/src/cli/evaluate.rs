@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use softgrip::settings::Settings;
 use twin::evaluate::case::KNOWLEDGE;
-use twin::evaluate::{Options, latency, report};
+use twin::evaluate::{NOISE_UE, Options, alarms, latency, report};
 use twin::files;
 use twin::setup::Setup;
 
@@ -77,6 +77,13 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     print!("{}", report::worst(&trials, 5));
     print!("{}", report::latency(&trials));
     print!("{}", report::slide(&trials));
+    let seconds = NOISE_UE.map(|noise| 3600.0 * alarms::hours(&options, noise));
+    let bar = progress_bar(seconds.iter().sum::<f64>() as u64, "seconds of motion");
+    let tallies = in_parallel(args.jobs, || {
+        alarms::tallies(&base, &options, &NOISE_UE, &bar)
+    })??;
+    bar.finish_and_clear();
+    print!("{}", report::alarms(&tallies));
     println!("{:.1} s", start.elapsed().as_secs_f64());
     Ok(ExitCode::SUCCESS)
 }

@@ -3,8 +3,11 @@
 use std::fmt::Write;
 
 use super::NOISE_UE;
+use super::alarms::Tally;
 use super::case::{Case, KNOWLEDGE};
 use super::latency::{Report, Trial, Verdict};
+use super::routine::Activity;
+use super::statistics::poisson_upper_95;
 use super::statistics::quantile;
 use crate::scenario::ObjectKind;
 
@@ -202,4 +205,58 @@ fn parameters(case: &Case) -> String {
         );
     }
     text
+}
+
+/// False reports by cause.
+pub fn alarms(tallies: &[Tally]) -> String {
+    let mut out = String::new();
+    for tally in tallies {
+        let _ = writeln!(
+            out,
+            "False reports in {:.2} h at {} µε\n{:<40} {:>9} {:>8} {:>6} {:>8} {:>10} {:>7} {:>9} {:>7}",
+            tally.total().time_s / 3600.0,
+            tally.noise_ue,
+            "while",
+            "h",
+            "times",
+            "lost",
+            "per h",
+            "95 % bound",
+            "slips",
+            "per h",
+            "faults"
+        );
+        let rows = Activity::ALL.iter().zip(tally.counts);
+        let rows = rows.map(|(activity, count)| (activity.name(), count));
+        let sums = [
+            ("hard motion", tally.hard_motion()),
+            ("everything", tally.total()),
+        ];
+        for (name, count) in rows.chain(sums).filter(|(_, count)| count.times > 0) {
+            let hours = count.time_s / 3600.0;
+            let _ = writeln!(
+                out,
+                "{name:<40} {hours:>9.3} {:>8} {:>6} {:>8.3} {:>10.3} {:>7} {:>9.2} {:>7}",
+                count.times,
+                count.lost,
+                count.lost as f64 / hours,
+                poisson_upper_95(count.lost) / hours,
+                count.slips,
+                count.slips as f64 / hours,
+                count.faults
+            );
+        }
+        for alarm in tally.alarms.iter().take(20) {
+            let _ = writeln!(
+                out,
+                "  {:?} in block {} at {:.3} s: {}: {}",
+                alarm.event,
+                alarm.block,
+                alarm.t_s,
+                alarm.activity.name(),
+                alarm.detail
+            );
+        }
+    }
+    out
 }
