@@ -73,8 +73,10 @@ impl Payload {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command {
-    /// Nothing new.
+    /// Nothing has come from the robot.
     Continue,
+    /// The robot is there and wants nothing new; any other command says that too.
+    Alive,
     /// Close the fingers.
     Grip(Grip),
     /// Let go.

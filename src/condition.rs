@@ -53,6 +53,8 @@ pub enum Monitor {
     Missing,
     /// Above anything that the monitor can put out.
     TooHigh,
+    /// It fell faster than air can leave, so its wire is off; latched until acknowledged.
+    Lost,
 }
 
 /// Everything measured in one tick.
@@ -66,6 +68,8 @@ pub struct Reading {
     pub supply: Option<Volts>,
     /// Ticks since the last usable frame.
     pub stale_ticks: u32,
+    /// The converter lost data in this tick.
+    pub overrun: bool,
 }
 
 /// How a tare went.
@@ -91,6 +95,14 @@ const STUCK_TICKS: u16 = 15;
 const LIVELY: f32 = 0.9;
 /// A gauge that shows one code while the free-bend strain moves by this much is stuck.
 const STUCK_FREE_UE: f32 = 1_500.0;
+/// More noise than this, rms, is a loose contact: three times the noise that the detector is good for.
+const NOISY_UE: f32 = 1_200.0;
+/// Averaging time of noise that comes suddenly, ms: long enough not to take 400 µε for `NOISY_UE`, short
+/// enough for 20 ms.
+const BURST_MS: f32 = 8.0;
+/// Fastest believable fall of the pressure in one tick: a hose that bursts at the gripper empties 160 kPa
+/// with a time constant of some 10 ms.
+const MONITOR_FALL_KPA: f32 = 40.0;
 /// Averaging time of a tare.
 const TARE_TICKS: u32 = 200;
 /// Largest offset that a tare accepts, µε: 10 % of full scale.
@@ -108,8 +120,16 @@ struct Channel {
     free_at_change: Option<f32>,
     lively: f32,
     difference_variance: f32,
+    burst_variance: f32,
     suspect: Option<(GaugeFault, u16)>,
     failed: Option<GaugeFault>,
+}
+
+/// The pressure monitor's memory.
+#[derive(Debug, Clone, Copy)]
+struct MonitorWire {
+    last_kpa: Option<f32>,
+    fallen_ticks: u16,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -122,9 +142,17 @@ struct Tare {
 #[derive(Debug, Clone, Copy)]
 pub struct Conditioner {
     channels: [Channel; FINGERS],
+    monitor: MonitorWire,
     tare: Option<Tare>,
-    statistics_gain: f32,
+    gains: Gains,
     stale_ticks: u32,
+}
+
+/// Of the averages over [`STATISTICS_MS`] and [`BURST_MS`].
+#[derive(Debug, Clone, Copy)]
+struct Gains {
+    statistics: f32,
+    burst: f32,
 }
 
 impl Conditioner {
@@ -139,13 +167,21 @@ impl Conditioner {
             free_at_change: None,
             lively: 0.0,
             difference_variance: 0.0,
+            burst_variance: 0.0,
             suspect: None,
             failed: None,
         };
         Self {
             channels: [channel; FINGERS],
+            monitor: MonitorWire {
+                last_kpa: None,
+                fallen_ticks: 0,
+            },
             tare: None,
-            statistics_gain: lag_gain(STATISTICS_MS),
+            gains: Gains {
+                statistics: lag_gain(STATISTICS_MS),
+                burst: lag_gain(BURST_MS),
+            },
             stale_ticks: 0,
         }
     }
@@ -168,25 +204,23 @@ impl Conditioner {
                 monitor: Monitor::Missing,
                 supply: None,
                 stale_ticks: self.stale_ticks,
+                overrun: frame.overrun,
             };
         }
         self.stale_ticks = 0;
-        let gain = self.statistics_gain;
+        let gains = self.gains;
         let mut gauges = [Gauge::Missing; FINGERS];
         for ((gauge, channel), &code) in
             gauges.iter_mut().zip(&mut self.channels).zip(&frame.gauges)
         {
-            *gauge = channel.step(code, front_end, free_strain, gain);
+            *gauge = channel.step(code, front_end, free_strain, gains);
         }
         Reading {
             gauges,
-            monitor: if frame.monitor > front_end.monitor_high_above {
-                Monitor::TooHigh
-            } else {
-                Monitor::Valid(front_end.pressure(frame.monitor))
-            },
+            monitor: self.monitor.step(frame.monitor, front_end),
             supply: Some(front_end.supply(frame.supply)),
             stale_ticks: 0,
+            overrun: false,
         }
     }
 
@@ -232,13 +266,16 @@ impl Conditioner {
         Some(TareResult::Done)
     }
 
-    /// Forgets latched gauge faults; one that persists is found again.
+    /// Forgets latched faults of gauges and monitor; one that persists is found again.
     pub fn clear_faults(&mut self) {
+        self.monitor.last_kpa = None;
+        self.monitor.fallen_ticks = 0;
         for channel in &mut self.channels {
             channel.failed = None;
             channel.suspect = None;
             channel.last_valid = None;
             channel.unchanged = 0;
+            channel.burst_variance = 0.0;
         }
     }
 
@@ -254,18 +291,41 @@ impl Default for Conditioner {
     }
 }
 
+impl MonitorWire {
+    fn step(&mut self, code: AdcCode, front_end: &FrontEnd) -> Monitor {
+        if code > front_end.monitor_high_above {
+            return Monitor::TooHigh;
+        }
+        let pressure = front_end.pressure(code);
+        if self
+            .last_kpa
+            .is_some_and(|last| pressure.0 < last - MONITOR_FALL_KPA)
+        {
+            self.fallen_ticks = self.fallen_ticks.saturating_add(1);
+            return if self.fallen_ticks < PERSIST_TICKS {
+                Monitor::Missing
+            } else {
+                Monitor::Lost
+            };
+        }
+        self.fallen_ticks = 0;
+        self.last_kpa = Some(pressure.0);
+        Monitor::Valid(pressure)
+    }
+}
+
 impl Channel {
     fn step(
         &mut self,
         code: AdcCode,
         front_end: &FrontEnd,
         free_strain: Option<Microstrain>,
-        statistics_gain: f32,
+        gains: Gains,
     ) -> Gauge {
         if let Some(fault) = self.failed {
             return Gauge::Failed(fault);
         }
-        self.watch_for_change(code, free_strain, statistics_gain);
+        self.watch_for_change(code, free_strain, gains.statistics);
         let raw = front_end.strain(code).0;
         let strain = raw - self.offset;
         self.seen = self.seen.saturating_add(1);
@@ -284,22 +344,31 @@ impl Channel {
             return Gauge::Failed(GaugeFault::Stuck);
         } else if jumped {
             Some(GaugeFault::Jump)
+        } else if self.burst_variance > 2.0 * NOISY_UE * NOISY_UE {
+            Some(GaugeFault::Noisy)
         } else {
             None
         };
         let Some(fault) = suspicion else {
             self.suspect = None;
-            if let Some(last) = self.last_valid {
-                let difference = strain - last;
-                self.difference_variance +=
-                    statistics_gain * (difference * difference - self.difference_variance);
-            }
+            self.measure_noise(strain, gains);
             self.last_valid = Some(strain);
             return Gauge::Valid(Microstrain(strain));
         };
-        let ticks = match self.suspect {
-            Some((_, ticks)) => ticks + 1,
-            None => 1,
+        match fault {
+            GaugeFault::Noisy => {
+                self.measure_noise(strain, gains);
+                self.last_valid = Some(strain);
+            }
+            // A spike must not pass for noise, but spike after spike must.
+            GaugeFault::Jump => self.measure_burst(JUMP_UE * JUMP_UE, gains),
+            GaugeFault::Open | GaugeFault::Short | GaugeFault::Stuck | GaugeFault::Saturated => {}
+        }
+        let (fault, ticks) = match self.suspect {
+            // Among noise some steps are as large as jumps.
+            Some((GaugeFault::Noisy, ticks)) => (GaugeFault::Noisy, ticks + 1),
+            Some((_, ticks)) => (fault, ticks + 1),
+            None => (fault, 1),
         };
         self.suspect = Some((fault, ticks));
         if ticks < PERSIST_TICKS {
@@ -307,6 +376,21 @@ impl Channel {
         }
         self.failed = Some(fault);
         Gauge::Failed(fault)
+    }
+
+    fn measure_noise(&mut self, strain: f32, gains: Gains) {
+        let Some(last) = self.last_valid else {
+            return;
+        };
+        let square = (strain - last) * (strain - last);
+        self.difference_variance += gains.statistics * (square - self.difference_variance);
+        self.measure_burst(square, gains);
+    }
+
+    fn measure_burst(&mut self, square: f32, gains: Gains) {
+        if self.seen > WARM_UP_TICKS {
+            self.burst_variance += gains.burst * (square - self.burst_variance);
+        }
     }
 
     fn watch_for_change(&mut self, code: AdcCode, free_strain: Option<Microstrain>, gain: f32) {
@@ -452,6 +536,61 @@ mod tests {
         assert_eq!(fails(&mut conditioner, 10_000, |_| 0.0, quiet), None);
         let found = fails(&mut conditioner, 1_000, |tick| tick as f32 * 10.0, quiet);
         assert!(matches!(found, Some((_, GaugeFault::Stuck))));
+    }
+
+    #[test]
+    fn a_gauge_that_turns_noisy_fails_within_20_ms_and_400_ue_do_not() {
+        let normal = |seed: u32, rms: f32| {
+            // The sum of twelve uniform numbers has a variance of one.
+            let mut random = 0x9e37_79b9u32.wrapping_mul(seed + 1);
+            let sum: f32 = (0..12)
+                .map(|_| {
+                    random ^= random << 13;
+                    random ^= random >> 17;
+                    random ^= random << 5;
+                    random as f32 / u32::MAX as f32
+                })
+                .sum();
+            rms * (sum - 6.0)
+        };
+        let mut conditioner = Conditioner::new();
+        let allowed = |tick| frame([normal(tick, 400.0), 0.0, 0.0]);
+        assert_eq!(fails(&mut conditioner, 100_000, |_| 0.0, allowed), None);
+        let noisy = |tick| frame([normal(tick, 1_800.0), 0.0, 0.0]);
+        let found = fails(&mut conditioner, 100, |_| 0.0, noisy);
+        assert!(
+            matches!(found, Some((ticks, GaugeFault::Noisy)) if ticks <= 20),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn a_monitor_that_drops_faster_than_air_is_lost_until_it_is_cleared() {
+        let mut conditioner = Conditioner::new();
+        let mut monitor = |kpa: f32, clear: bool| {
+            if clear {
+                conditioner.clear_faults();
+            }
+            let mut frame = frame([0.0; 3]);
+            frame.monitor = AdcCode(FE.monitor_code(Kilopascals(kpa)) as u16);
+            conditioner.step(&frame, &FE, None).monitor
+        };
+        assert!(matches!(monitor(140.0, false), Monitor::Valid(_)));
+        // A spike of two ticks.
+        assert_eq!(monitor(0.0, false), Monitor::Missing);
+        assert_eq!(monitor(0.0, false), Monitor::Missing);
+        // A hose that bursts at the gripper.
+        let mut kpa = 140.0;
+        while kpa > 1.0 {
+            assert!(matches!(monitor(kpa, false), Monitor::Valid(_)), "{kpa}");
+            kpa *= 0.9;
+        }
+        assert!(matches!(monitor(140.0, false), Monitor::Valid(_)));
+        for expected in [Monitor::Missing, Monitor::Missing, Monitor::Lost] {
+            assert_eq!(monitor(0.0, false), expected);
+        }
+        assert_eq!(monitor(0.0, false), Monitor::Lost);
+        assert!(matches!(monitor(0.0, true), Monitor::Valid(_)));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::command::Command;
 use crate::condition::{Conditioner, Gauge, Monitor, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::estimate::{Contact, Estimator};
+use crate::fault::Fault;
 use crate::grasp::{Request, Situation, State, Supervisor};
 use crate::interlock::interlock;
 use crate::regulate::Regulator;
@@ -43,13 +44,22 @@ pub struct Controller {
 impl Controller {
     /// A gripper at rest.
     pub fn new(table: &'static FingerTable, active: Active) -> Self {
+        Self::starting_with(None, table, active)
+    }
+
+    /// A gripper at rest, with a fault that the program has started with.
+    pub fn starting_with(
+        fault: Option<Fault>,
+        table: &'static FingerTable,
+        active: Active,
+    ) -> Self {
         Self {
             table,
             active,
             conditioner: Conditioner::new(),
             estimator: Estimator::new(),
             detector: Detector::new(),
-            supervisor: Supervisor::new(),
+            supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
         }
     }
@@ -136,7 +146,7 @@ impl Controller {
             lost: self.supervisor.lost(),
             pressure: match reading.monitor {
                 Monitor::Valid(pressure) => Some(pressure),
-                Monitor::Missing | Monitor::TooHigh => None,
+                Monitor::Missing | Monitor::TooHigh | Monitor::Lost => None,
             },
             setpoint: self.regulator.setpoint(),
             residual: contact.residual,

@@ -28,9 +28,26 @@ pub enum Verdict {
     Lost {
         /// When the collapse began.
         onset: Instant,
+        /// How it showed.
+        cause: LossCause,
+        /// How far each finger's residual has fallen, as a share of its plateau; none without a usable
+        /// gauge.
+        evidence: [Option<f32>; FINGERS],
     },
     /// The pressure is going, and the grip with it.
     AirLoss,
+}
+
+/// How a loss showed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LossCause {
+    /// The sum over the fingers collapsed.
+    Collapse,
+    /// One finger emptied while the others felt it go.
+    OneSided,
+    /// Nothing was there any more when the pressure had been changed.
+    Missing,
 }
 
 /// What the regulator knows that bears on the verdict.
@@ -187,10 +204,11 @@ impl Detector {
         let fall = 1.0 - x - active.loss_allowance - sag;
         let (share, finger, finger_reference) = emptiest;
         let others = (sum - finger) / (reference - finger_reference).max(1.0);
-        let fall = if (others - 1.0).abs() > CALM {
-            fall.max(1.0 - share - FINGER_ALLOWANCE - sag)
+        let one_sided = 1.0 - share - FINGER_ALLOWANCE - sag;
+        let (fall, cause) = if (others - 1.0).abs() > CALM && one_sided > fall {
+            (one_sided, LossCause::OneSided)
         } else {
-            fall
+            (fall, LossCause::Collapse)
         };
         if hold.evidence == 0.0 {
             hold.onset = now;
@@ -200,7 +218,14 @@ impl Detector {
         let noise_limit =
             LN_RUN_LENGTH * variance / (2.0 * active.loss_allowance * reference * reference);
         if hold.evidence > active.loss_evidence.max(noise_limit) {
-            return Verdict::Lost { onset: hold.onset };
+            return Verdict::Lost {
+                onset: hold.onset,
+                cause,
+                evidence: core::array::from_fn(|i| {
+                    contact.residual[i]
+                        .map(|residual| 1.0 - residual.0 / hold.reference[i].max(1.0))
+                }),
+            };
         }
 
         let off = (hold.level - 1.0).abs();
@@ -319,7 +344,7 @@ mod tests {
         let (ms, onset) = (0..40)
             .find_map(
                 |ms| match bench.step([Some(collapse(ms)); 3], STEADY, true) {
-                    Verdict::Lost { onset } => Some((ms, onset)),
+                    Verdict::Lost { onset, .. } => Some((ms, onset)),
                     _ => None,
                 },
             )

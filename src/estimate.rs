@@ -176,6 +176,7 @@ mod tests {
             monitor: Monitor::Valid(Kilopascals(pressure)),
             supply: Some(Volts(24.0)),
             stale_ticks: 0,
+            overrun: false,
         }
     }
 

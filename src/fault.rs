@@ -1,4 +1,5 @@
-//! Everything that can be wrong, with stable numbers for logs, wires and the manual.
+//! Everything that can be wrong, with stable numbers for logs, wires and the manual, and what each
+//! does.
 
 /// What is wrong with one gauge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,6 +15,8 @@ pub enum GaugeFault {
     Saturated,
     /// A step that no finger can make.
     Jump,
+    /// More noise than a loss could be told from.
+    Noisy,
 }
 
 /// A latched fault. The numbers never change their meaning.
@@ -25,12 +28,14 @@ pub enum Fault {
     OverPressure = 1,
     /// The pressure does not do what the regulator is told.
     NotFollowing = 2,
-    /// The pressure fell away while it should have been held.
+    /// The pressure fell away while something was held.
     AirLoss = 3,
     /// The monitor's signal is above its range.
     MonitorHigh = 4,
     /// The supply is too low for the regulator.
     SupplyLow = 5,
+    /// The monitor's signal fell faster than air can leave: its wire is off.
+    MonitorLost = 6,
     /// A gauge's wire is broken.
     GaugeOpen = 16,
     /// A gauge is shorted.
@@ -41,16 +46,114 @@ pub enum Fault {
     GaugeSaturated = 19,
     /// A gauge made an impossible step.
     GaugeJump = 20,
+    /// A gauge is too noisy to tell a loss.
+    GaugeNoisy = 21,
     /// No usable converter data for some ticks.
     AdcStale = 32,
+    /// The converter lost data for some ticks in a row.
+    AdcOverrun = 33,
     /// The stop input opened, or a stop was commanded.
     Stopped = 48,
+    /// The robot has said nothing for longer than the settings allow.
+    HostSilent = 49,
+    /// The stored settings are not valid; the default ones are in use.
+    SettingsInvalid = 64,
+    /// The program had to be restarted by its watchdog or after a panic.
+    Internal = 65,
+}
+
+/// What the output may do in a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SafeOutput {
+    /// What the settings say: vent, or hold.
+    AsSet,
+    /// Vent, whatever the settings say.
+    Vent,
+}
+
+/// What a fault does, and what ends it. One row per fault; `tests/host/faults.rs` walks every row in
+/// every state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rule {
+    /// The fault.
+    pub fault: Fault,
+    /// Longest time from the cause to the safe output, ms, beyond what the settings add (see
+    /// [`Settings`](crate::settings::Settings): `not_following_ms`, `host_timeout_ms`).
+    pub within_ms: u16,
+    /// The output.
+    pub output: SafeOutput,
+    /// The gauges can still tell a loss, so what is held is watched on.
+    pub watches: bool,
+    /// An acknowledgement clears it once its cause is gone; if not, only a restart does.
+    pub acknowledges: bool,
+    /// Whether it shows in each state: idle, closing, holding, empty, releasing, and in a fault that
+    /// holds on.
+    pub shows: [bool; 6],
 }
 
 impl Fault {
+    /// Every fault, in the order of their numbers.
+    pub const ALL: [Self; 18] = [
+        Self::OverPressure,
+        Self::NotFollowing,
+        Self::AirLoss,
+        Self::MonitorHigh,
+        Self::SupplyLow,
+        Self::MonitorLost,
+        Self::GaugeOpen,
+        Self::GaugeShort,
+        Self::GaugeStuck,
+        Self::GaugeSaturated,
+        Self::GaugeJump,
+        Self::GaugeNoisy,
+        Self::AdcStale,
+        Self::AdcOverrun,
+        Self::Stopped,
+        Self::HostSilent,
+        Self::SettingsInvalid,
+        Self::Internal,
+    ];
+
     /// The stable number.
     pub const fn code(self) -> u8 {
         self as u8
+    }
+
+    /// What it does.
+    #[rustfmt::skip]
+    pub const fn rule(self) -> Rule {
+        use SafeOutput::{AsSet, Vent};
+        const ALWAYS: [bool; 6] = [true; 6];
+        // Without pressure there is nothing to fall.
+        const INFLATED: [bool; 6] = [false, true, true, true, true, true];
+        // Elsewhere the same leak is a regulator that does not follow.
+        const HELD: [bool; 6] = [false, false, true, false, false, true];
+        const AT_START: [bool; 6] = [false; 6];
+        let (within_ms, output, watches, acknowledges, shows) = match self {
+            // Above the limit, or with a monitor that cannot say so, there is nothing safe to hold.
+            Self::OverPressure    => ( 1, Vent,  false, true, ALWAYS),
+            Self::MonitorHigh     => ( 1, Vent,  false, true, ALWAYS),
+            // The air is in doubt: a grip that weakens is no loss to be told from it.
+            Self::NotFollowing    => ( 5, AsSet, false, true, ALWAYS),
+            Self::AirLoss         => (50, AsSet, false, true, HELD),
+            Self::SupplyLow       => (20, AsSet, false, true, ALWAYS),
+            // The command still stands, and cannot exceed the limit by itself.
+            Self::MonitorLost     => ( 5, AsSet, false, true, INFLATED),
+            // One gauge out of three is reported and done without; these are for the second.
+            Self::GaugeOpen       => (20, AsSet, false, true, ALWAYS),
+            Self::GaugeShort      => (20, AsSet, false, true, ALWAYS),
+            Self::GaugeStuck      => (20, AsSet, false, true, ALWAYS),
+            Self::GaugeSaturated  => (20, AsSet, false, true, ALWAYS),
+            Self::GaugeJump       => (20, AsSet, false, true, ALWAYS),
+            Self::GaugeNoisy      => (20, AsSet, false, true, ALWAYS),
+            Self::AdcStale        => ( 5, AsSet, false, true, ALWAYS),
+            Self::AdcOverrun      => ( 5, AsSet, false, true, ALWAYS),
+            Self::Stopped         => ( 1, AsSet, true,  true, ALWAYS),
+            Self::HostSilent      => ( 1, AsSet, true,  true, ALWAYS),
+            Self::SettingsInvalid => ( 1, Vent,  false, false, AT_START),
+            Self::Internal        => ( 1, Vent,  false, true, AT_START),
+        };
+        Rule { fault: self, within_ms, output, watches, acknowledges, shows }
     }
 }
 
@@ -62,6 +165,7 @@ impl From<GaugeFault> for Fault {
             GaugeFault::Stuck => Self::GaugeStuck,
             GaugeFault::Saturated => Self::GaugeSaturated,
             GaugeFault::Jump => Self::GaugeJump,
+            GaugeFault::Noisy => Self::GaugeNoisy,
         }
     }
 }

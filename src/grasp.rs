@@ -3,21 +3,24 @@
 //! ```text
 //!          grip                 contact               release
 //! Idle ───────────► Closing ───────────► Holding ───────────────► Releasing ─► Idle
-//!                      │ nothing there      │ lost                    ▲
-//!                      └──────► Empty ◄─────┘                         │
-//!                                 └────────── release ────────────────┘
+//!                   ▲  │ nothing there      │ lost                    ▲
+//!                   │  └──────► Empty ◄─────┤ (hold)                  │
+//!                   └───────────────────────┤ (regrip, once)          │
+//!                                           └ (vent) ─────────────────┤
+//!                               Empty ─────── release ────────────────┘
 //! any ── fault, stop ─► Fault ── acknowledge ─► Closing (pressure kept) or Releasing (vented)
 //! ```
 //!
 //! *Lost* is latched beside the state: it outlives a release and stands until it is acknowledged.
+//! What a fault leaves in the grip is watched on, where the gauges can still tell.
 
 use crate::FINGERS;
 use crate::command::{Command, Grip, Payload, Refusal};
 use crate::condition::{Gauge, Monitor, Reading, TareResult};
-use crate::detect::{Air, Verdict};
+use crate::detect::{Air, LossCause, Verdict};
 use crate::estimate::Contact;
-use crate::fault::Fault;
-use crate::settings::{Active, OnFault};
+use crate::fault::{Fault, SafeOutput};
+use crate::settings::{Active, OnFault, OnLoss};
 use crate::table::{FingerTable, Range};
 use crate::telemetry::{Event, Events};
 use crate::units::{Instant, Kilopascals};
@@ -34,8 +37,8 @@ pub enum State {
         target: Kilopascals,
         /// When the pressure got there.
         reached: Option<Instant>,
-        /// Something was held when the set-point changed.
-        held_before: bool,
+        /// What for.
+        purpose: Purpose,
     },
     /// Something is held.
     Holding {
@@ -62,7 +65,21 @@ pub enum State {
         fault: Fault,
         /// The pressure that is kept; zero if vented.
         target: Kilopascals,
+        /// Something is held, and the gauges can still tell a loss.
+        watching: bool,
     },
+}
+
+/// Why the pressure changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Purpose {
+    /// To find out whether there is something to hold.
+    Grip,
+    /// What is held is to be held at another pressure.
+    Change,
+    /// What has been lost is to be caught.
+    Regrip,
 }
 
 impl State {
@@ -77,20 +94,35 @@ impl State {
         }
     }
 
-    /// Whether the detector is to watch.
+    /// Whether something is held, and the detector is to watch it.
     pub fn is_holding(&self) -> bool {
-        matches!(self, Self::Holding { .. })
+        matches!(
+            self,
+            Self::Holding { .. } | Self::Fault { watching: true, .. }
+        )
     }
 }
 
 /// A latched loss.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Loss {
-    /// When the collapse began.
+    /// When the collapse began, as estimated.
     pub onset: Instant,
     /// When it was reported.
     pub flagged: Instant,
+    /// How it showed.
+    pub cause: LossCause,
+    /// How far each finger's residual had fallen when it was reported, as a share of its plateau; none
+    /// without a usable gauge.
+    pub evidence: [Option<f32>; FINGERS],
+}
+
+impl Loss {
+    /// From the onset to the report, µs.
+    pub fn latency_us(&self) -> u64 {
+        self.flagged.micros_since(self.onset)
+    }
 }
 
 /// What the conditioner is to do about the tare.
@@ -148,21 +180,34 @@ const SUPPLY_TICKS: u16 = 10;
 pub struct Supervisor {
     state: State,
     lost: Option<Loss>,
+    /// The present grip has been tightened after a loss.
+    regripped: bool,
     payload: Option<Payload>,
     slipping: bool,
+    /// When the robot last said something; unknown before the first tick.
+    heard: Option<Instant>,
     touched: [bool; FINGERS],
     failed: [bool; FINGERS],
     supply_ticks: u16,
 }
 
 impl Supervisor {
-    /// Idle, nothing latched.
-    pub fn new() -> Self {
+    /// Idle, nothing latched but a fault that the program has started with.
+    pub fn new(fault: Option<Fault>) -> Self {
         Self {
-            state: State::Idle,
+            state: match fault {
+                Some(fault) => State::Fault {
+                    fault,
+                    target: Kilopascals(0.0),
+                    watching: false,
+                },
+                None => State::Idle,
+            },
             lost: None,
+            regripped: false,
             payload: None,
             slipping: false,
+            heard: None,
             touched: [false; FINGERS],
             failed: [false; FINGERS],
             supply_ticks: 0,
@@ -199,6 +244,15 @@ impl Supervisor {
         active: &Active,
         events: &mut Events,
     ) -> Request {
+        if let (None, State::Fault { fault, .. }) = (self.heard, self.state) {
+            events.add(Event::Fault {
+                fault,
+                finger: None,
+            });
+        }
+        if self.heard.is_none() || command != Command::Continue {
+            self.heard = Some(now);
+        }
         self.report_gauges(situation.reading, events);
         match situation.tare {
             Some(TareResult::Done) => events.add(Event::Tared),
@@ -226,28 +280,29 @@ impl Supervisor {
         events: &mut Events,
     ) -> Request {
         match command {
-            Command::Continue => Request::None,
+            Command::Continue | Command::Alive => Request::None,
             Command::Stop => {
                 self.enter_fault(Fault::Stopped, active, events);
                 Request::CancelTare
             }
             Command::Grip(grip) => match self.accept_grip(grip, table, active) {
                 Ok(target) => {
-                    let held_before = match self.state {
-                        State::Closing { held_before, .. } => held_before,
-                        State::Holding { .. } => true,
+                    let purpose = match self.state {
+                        State::Closing { purpose, .. } => purpose,
+                        State::Holding { .. } => Purpose::Change,
                         State::Idle
                         | State::Empty { .. }
                         | State::Releasing { .. }
                         | State::Fault { .. } => {
                             self.touched = [false; FINGERS];
-                            false
+                            self.regripped = false;
+                            Purpose::Grip
                         }
                     };
                     self.state = State::Closing {
                         target,
                         reached: None,
-                        held_before,
+                        purpose,
                     };
                     self.payload = match grip {
                         Grip::Payload(payload) => Some(payload),
@@ -278,15 +333,23 @@ impl Supervisor {
             Command::Acknowledge => {
                 self.lost = None;
                 self.failed = [false; FINGERS];
-                if let State::Fault { target, .. } = self.state
+                if let State::Fault {
+                    fault,
+                    target,
+                    watching,
+                } = self.state
                     && fault_was_seen
+                    && fault.rule().acknowledges
                 {
                     // What is held stays held: acknowledging must not drop it.
                     self.state = if target.0 > 0.0 {
                         State::Closing {
                             target,
                             reached: None,
-                            held_before: false,
+                            purpose: match watching {
+                                true => Purpose::Change,
+                                false => Purpose::Grip,
+                            },
                         }
                     } else {
                         State::Releasing {
@@ -346,11 +409,11 @@ impl Supervisor {
         let contact = situation.contact;
         let pressure = situation.air.measured.map(|pressure| pressure.0);
         match self.state {
-            State::Idle | State::Empty { .. } | State::Fault { .. } => {}
+            State::Idle | State::Empty { .. } => {}
             State::Closing {
                 target,
                 reached,
-                held_before,
+                purpose,
             } => {
                 self.report_touch(contact, events);
                 let Some(since) = reached else {
@@ -362,7 +425,7 @@ impl Supervisor {
                         self.state = State::Closing {
                             target,
                             reached: Some(now),
-                            held_before,
+                            purpose,
                         };
                     }
                     return;
@@ -373,15 +436,28 @@ impl Supervisor {
                 if contact.touching_count() >= FINGERS_OF_A_GRIP {
                     self.slipping = false;
                     self.state = State::Holding { target, since: now };
-                    events.add(Event::Holding);
-                } else if held_before {
-                    self.lose(now, now, target, events);
+                    events.add(Event::Holding {
+                        touching: contact.touching,
+                    });
+                } else if purpose == Purpose::Change {
+                    let loss = Loss {
+                        onset: now,
+                        flagged: now,
+                        cause: LossCause::Missing,
+                        evidence: [None; FINGERS],
+                    };
+                    self.lose(loss, target, active, events);
                 } else {
                     self.state = State::Empty { target };
                     events.add(Event::Empty);
                 }
             }
-            State::Holding { target, .. } => match situation.verdict {
+            State::Holding { target, .. }
+            | State::Fault {
+                target,
+                watching: true,
+                ..
+            } => match situation.verdict {
                 Verdict::Unarmed | Verdict::Holding => self.slipping = false,
                 Verdict::Slipping { rate } => {
                     if !self.slipping {
@@ -389,12 +465,27 @@ impl Supervisor {
                         events.add(Event::Slip { rate });
                     }
                 }
-                Verdict::Lost { onset } => self.lose(now, onset, target, events),
+                Verdict::Lost {
+                    onset,
+                    cause,
+                    evidence,
+                } => {
+                    let loss = Loss {
+                        onset,
+                        flagged: now,
+                        cause,
+                        evidence,
+                    };
+                    self.lose(loss, target, active, events);
+                }
                 Verdict::AirLoss => {
                     events.add(Event::AirLoss);
                     self.enter_fault(Fault::AirLoss, active, events);
                 }
             },
+            State::Fault {
+                watching: false, ..
+            } => {}
             State::Releasing { since, holding } => {
                 let open = pressure.is_some_and(|p| p < OPEN_KPA);
                 let gone = contact.touching_count() == 0
@@ -414,13 +505,32 @@ impl Supervisor {
         }
     }
 
-    fn lose(&mut self, now: Instant, onset: Instant, target: Kilopascals, events: &mut Events) {
-        self.lost = Some(Loss {
-            onset,
-            flagged: now,
-        });
-        self.state = State::Empty { target };
-        events.add(Event::Lost { onset });
+    /// Latches a loss and reacts as the settings say. The first loss stays latched; each is an event.
+    fn lose(&mut self, loss: Loss, target: Kilopascals, active: &Active, events: &mut Events) {
+        self.lost.get_or_insert(loss);
+        events.add(Event::Lost(loss));
+        if let State::Fault { watching, .. } = &mut self.state {
+            *watching = false;
+            return;
+        }
+        let tightened = (target.0 + active.regrip_raise_kpa).min(active.max_pressure.0);
+        let tightens = !self.regripped && tightened > target.0;
+        self.state = match active.on_loss {
+            OnLoss::Vent => State::Releasing {
+                since: loss.flagged,
+                holding: false,
+            },
+            OnLoss::Regrip if tightens => {
+                self.regripped = true;
+                events.add(Event::Regripping);
+                State::Closing {
+                    target: Kilopascals(tightened),
+                    reached: None,
+                    purpose: Purpose::Regrip,
+                }
+            }
+            OnLoss::Hold | OnLoss::Regrip => State::Empty { target },
+        };
     }
 
     fn report_touch(&mut self, contact: &Contact, events: &mut Events) {
@@ -461,10 +571,14 @@ impl Supervisor {
                 return Some(Fault::OverPressure);
             }
             Monitor::TooHigh => return Some(Fault::MonitorHigh),
+            Monitor::Lost => return Some(Fault::MonitorLost),
             Monitor::Valid(_) | Monitor::Missing => {}
         }
         if reading.stale_ticks >= STALE_TICKS {
-            return Some(Fault::AdcStale);
+            return Some(match reading.overrun {
+                true => Fault::AdcOverrun,
+                false => Fault::AdcStale,
+            });
         }
         if let Some(supply) = reading.supply {
             self.supply_ticks = if supply.0 < active.supply_min.0 {
@@ -479,6 +593,10 @@ impl Supervisor {
         if situation.deviating_us >= active.not_following_us {
             return Some(Fault::NotFollowing);
         }
+        let silent_us = self.heard.map_or(0, |heard| now.micros_since(heard));
+        if active.host_timeout_us.is_some_and(|most| silent_us > most) {
+            return Some(Fault::HostSilent);
+        }
         // Two fingers still tell a loss; one cannot tell a loss from a shift of the load.
         let mut failures = reading.gauges.iter().filter_map(|gauge| match gauge {
             Gauge::Failed(fault) => Some(*fault),
@@ -488,18 +606,41 @@ impl Supervisor {
         failures.next().map(Fault::from)
     }
 
+    /// Goes to the safe state. The first fault stays latched; one that comes on top of it can only take
+    /// more away.
     fn enter_fault(&mut self, fault: Fault, active: &Active, events: &mut Events) {
-        if matches!(self.state, State::Fault { .. }) {
-            return;
+        let rule = fault.rule();
+        let vents = rule.output == SafeOutput::Vent || active.on_fault == OnFault::Vent;
+        match &mut self.state {
+            State::Fault {
+                target, watching, ..
+            } => {
+                let takes_target = vents && target.0 > 0.0;
+                let takes_watch = *watching && !rule.watches;
+                if !takes_target && !takes_watch {
+                    return;
+                }
+                if takes_target {
+                    *target = Kilopascals(0.0);
+                }
+                *watching = false;
+            }
+            State::Idle
+            | State::Closing { .. }
+            | State::Holding { .. }
+            | State::Empty { .. }
+            | State::Releasing { .. } => {
+                let held = self.state.target();
+                self.state = State::Fault {
+                    fault,
+                    target: match vents {
+                        true => Kilopascals(0.0),
+                        false => held,
+                    },
+                    watching: !vents && rule.watches && self.state.is_holding(),
+                };
+            }
         }
-        let held = self.state.target();
-        // Above the limit, or with a monitor that cannot say so, there is nothing safe to hold.
-        let can_hold = !matches!(fault, Fault::OverPressure | Fault::MonitorHigh);
-        let target = match active.on_fault {
-            OnFault::Hold if can_hold => held,
-            OnFault::Hold | OnFault::Vent => Kilopascals(0.0),
-        };
-        self.state = State::Fault { fault, target };
         events.add(Event::Fault {
             fault,
             finger: None,
@@ -509,6 +650,6 @@ impl Supervisor {
 
 impl Default for Supervisor {
     fn default() -> Self {
-        Self::new()
+        Self::new(None)
     }
 }

@@ -54,6 +54,7 @@ mod tests {
         let state = State::Fault {
             fault: Fault::OverPressure,
             target: Kilopascals(0.0),
+            watching: false,
         };
         let code = interlock(Kilopascals(100.0), &state, Monitor::Missing, &active());
         assert_eq!(code, DacCode(0));

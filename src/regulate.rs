@@ -49,7 +49,7 @@ impl Regulator {
     pub fn observe(&mut self, now: Instant, monitor: Monitor, lagged: Kilopascals) -> Air {
         let measured = match monitor {
             Monitor::Valid(pressure) => Some(pressure),
-            Monitor::Missing | Monitor::TooHigh => None,
+            Monitor::Missing | Monitor::TooHigh | Monitor::Lost => None,
         };
         self.deviation =
             measured.map(|pressure| pressure.0 - *self.expected.get_or_insert(pressure.0));
@@ -96,7 +96,9 @@ impl Regulator {
         // Deviations from the expected response, not from the set-point: the regulator's lag is not
         // an error to integrate.
         let error = -self.deviation.unwrap_or(0.0);
-        let command = self.setpoint + PROPORTIONAL * error + self.trim;
+        // A pressure that does not follow is a fault to report, not an error to chase.
+        let chased = error.clamp(-FOLLOWING_KPA, FOLLOWING_KPA);
+        let command = self.setpoint + PROPORTIONAL * chased + self.trim;
         // Anti-windup: no trim for a command at its limit, none for a regulator that does not follow,
         // and none on a ramp, where a regulator quicker or slower than its model is no error to trim.
         let saturated = !(0.0..=active.max_pressure.0).contains(&command);

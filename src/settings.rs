@@ -15,6 +15,18 @@ pub enum OnFault {
     Hold,
 }
 
+/// What the fingers do once the object is gone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum OnLoss {
+    /// Stay as they are, until the robot says what is to happen.
+    Hold,
+    /// Let the air out: the fingers open.
+    Vent,
+    /// Close harder, once, and say whether something is there again.
+    Regrip,
+}
+
 /// What the gauges see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -66,8 +78,15 @@ pub struct Settings {
     pub supply_min_v: f32,
     /// Lift that a grip for a payload must have beyond the payload's load.
     pub lift_margin_percent: f32,
+    /// The robot must say something this often, be it [`Alive`](crate::Command::Alive); zero if it need
+    /// not, as with digital inputs alone.
+    pub host_timeout_ms: f32,
     /// What the outputs do in a fault.
     pub on_fault: OnFault,
+    /// What the fingers do once the object is gone.
+    pub on_loss: OnLoss,
+    /// How much harder they close then, as far as the limit allows.
+    pub regrip_raise_kpa: f32,
 }
 
 impl Default for Settings {
@@ -97,7 +116,10 @@ impl Default for Settings {
             supply_min_v: 20.4,
             // The finger's table is good for 6 % of bend, friction for a few percent more.
             lift_margin_percent: 20.0,
+            host_timeout_ms: 0.0,
             on_fault: OnFault::Hold,
+            on_loss: OnLoss::Hold,
+            regrip_raise_kpa: 20.0,
         }
     }
 }
@@ -151,7 +173,11 @@ pub struct Active {
     pub(crate) not_following_us: u64,
     pub(crate) supply_min: Volts,
     pub(crate) lift_margin: f32,
+    /// None without a host that must speak.
+    pub(crate) host_timeout_us: Option<u64>,
     pub(crate) on_fault: OnFault,
+    pub(crate) on_loss: OnLoss,
+    pub(crate) regrip_raise_kpa: f32,
 }
 
 impl Active {
@@ -178,6 +204,8 @@ impl Settings {
                 1.0,
                 self.max_pressure_kpa,
             ),
+            ("regrip_raise_kpa", self.regrip_raise_kpa, 0.0, ceiling),
+            ("host_timeout_ms", self.host_timeout_ms, 0.0, 60_000.0),
             ("slew_kpa_per_s", self.slew_kpa_per_s, 1.0, 10_000.0),
             ("regulator_lag_ms", self.regulator_lag_ms, 1.0, 1_000.0),
             ("inflation_lag_ms", self.inflation_lag_ms, 1.0, 1_000.0),
@@ -243,7 +271,10 @@ impl Settings {
             not_following_us: micros(self.not_following_ms),
             supply_min: Volts(self.supply_min_v),
             lift_margin: 0.01 * self.lift_margin_percent,
+            host_timeout_us: (self.host_timeout_ms > 0.0).then(|| micros(self.host_timeout_ms)),
             on_fault: self.on_fault,
+            on_loss: self.on_loss,
+            regrip_raise_kpa: self.regrip_raise_kpa,
         })
     }
 }

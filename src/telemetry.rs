@@ -16,7 +16,10 @@ pub enum Event {
         finger: u8,
     },
     /// At least two fingers hold something.
-    Holding,
+    Holding {
+        /// Which ones; a finger that is missing makes it a partial grasp.
+        touching: [bool; FINGERS],
+    },
     /// The fingers closed around nothing.
     Empty,
     /// The residual drifts at constant pressure: the object may be sliding.
@@ -25,10 +28,9 @@ pub enum Event {
         rate: f32,
     },
     /// The object is gone.
-    Lost {
-        /// When the collapse began.
-        onset: Instant,
-    },
+    Lost(Loss),
+    /// The pressure is raised, once, to catch what has been lost.
+    Regripping,
     /// What was held has been let go on command.
     Released,
     /// The pressure is going.

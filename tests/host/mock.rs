@@ -3,6 +3,7 @@
 
 use softgrip::condition::RawFrame;
 use softgrip::frontend::FrontEnd;
+use softgrip::grasp::State;
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 use softgrip::telemetry::Event;
@@ -19,8 +20,14 @@ pub enum GaugeState {
     Good,
     Open,
     Short,
-    /// Shows this code for ever.
-    Stuck(AdcCode),
+    /// Shows its last code for ever.
+    Stuck,
+    /// Beyond the range of the amplifier.
+    Saturated,
+    /// So much more strain than there is, µε.
+    Offset(f32),
+    /// Noise on top, uniform, ± µε.
+    Noisy(f32),
 }
 
 /// The board, the air and the fingers.
@@ -35,8 +42,14 @@ pub struct MockBoard {
     pub leak_kpa: f32,
     /// The valve no longer moves.
     pub valve_stuck: bool,
+    /// The valve gives this pressure, whatever it is told.
+    pub valve_forced_kpa: Option<f32>,
+    /// The monitor's wire carries this code instead of its signal.
+    pub monitor_wire: Option<AdcCode>,
     /// The converter delivers nothing.
     pub late: bool,
+    /// The converter loses data.
+    pub overrun: bool,
     pub supply_v: f32,
     pub now_us: u64,
     /// Everything reported, with its time in ms.
@@ -47,6 +60,7 @@ pub struct MockBoard {
     inflated_kpa: f32,
     bend: [f32; 2],
     dac: DacCode,
+    codes: [AdcCode; 3],
     random: u32,
 }
 
@@ -62,7 +76,10 @@ impl MockBoard {
             noise_ue: 30.0,
             leak_kpa: f32::MAX,
             valve_stuck: false,
+            valve_forced_kpa: None,
+            monitor_wire: None,
             late: false,
+            overrun: false,
             supply_v: 24.0,
             now_us: 0,
             events: Vec::new(),
@@ -72,6 +89,7 @@ impl MockBoard {
             inflated_kpa: 0.0,
             bend: [0.0; 2],
             dac: DacCode(0),
+            codes: [AdcCode(0); 3],
             random: 1,
         }
     }
@@ -82,7 +100,10 @@ impl MockBoard {
         board.grip = [1.0; 3];
         board.step(Command::Grip(Grip::Pressure(Kilopascals(140.0))));
         board.run(1_500);
-        assert_eq!(board.count(|event| *event == Event::Holding), 1);
+        assert_eq!(
+            board.count(|event| matches!(event, Event::Holding { .. })),
+            1
+        );
         board.events.clear();
         board
     }
@@ -138,6 +159,11 @@ impl MockBoard {
             .map(|&(ms, _)| ms)
     }
 
+    /// Where the gripper is.
+    pub fn state(&self) -> State {
+        self.last.as_ref().expect("a tick has run").snapshot.state
+    }
+
     pub fn now_ms(&self) -> u64 {
         self.now_us / 1_000
     }
@@ -149,7 +175,9 @@ impl MockBoard {
 
     fn blow(&mut self) {
         if !self.valve_stuck {
-            self.valve_kpa = self.commanded_kpa();
+            self.valve_kpa = self
+                .valve_forced_kpa
+                .unwrap_or_else(|| self.commanded_kpa());
         }
         self.pressure_kpa += (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / 60.0;
         self.inflated_kpa += (self.pressure_kpa - self.inflated_kpa) / 80.0;
@@ -166,19 +194,26 @@ impl MockBoard {
             .0;
         let gauges = std::array::from_fn(|i| {
             let strain = free - self.grip[i] * (free - blocked) + self.noise_ue * self.uniform();
+            let code = |ue| AdcCode(FE.gauge_code(Microstrain(ue)) as u16);
             match self.gauges[i] {
-                GaugeState::Good => AdcCode(FE.gauge_code(Microstrain(strain)) as u16),
+                GaugeState::Good => code(strain),
                 GaugeState::Open => AdcCode(65_520),
                 GaugeState::Short => AdcCode(0),
-                GaugeState::Stuck(code) => code,
+                GaugeState::Stuck => self.codes[i],
+                GaugeState::Saturated => code(20_300.0),
+                GaugeState::Offset(ue) => code(strain + ue),
+                GaugeState::Noisy(ue) => code(strain + ue * self.uniform()),
             }
         });
+        self.codes = gauges;
         RawFrame {
             gauges,
-            monitor: AdcCode(FE.monitor_code(Kilopascals(self.pressure_kpa)) as u16),
+            monitor: self.monitor_wire.unwrap_or(AdcCode(
+                FE.monitor_code(Kilopascals(self.pressure_kpa)) as u16,
+            )),
             supply: AdcCode(FE.supply_code(Volts(self.supply_v)) as u16),
             scans: if self.late { 0 } else { 10 },
-            overrun: false,
+            overrun: self.overrun,
         }
     }
 

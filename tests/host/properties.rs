@@ -3,8 +3,8 @@
 use crate::mock::MockBoard;
 use proptest::prelude::*;
 use softgrip::frontend::FrontEnd;
-use softgrip::grasp::State;
-use softgrip::settings::Settings;
+use softgrip::grasp::{Purpose, State};
+use softgrip::settings::{OnFault, OnLoss, Settings};
 use softgrip::table::FINGER;
 use softgrip::telemetry::Event;
 use softgrip::units::{AdcCode, Degrees, Instant, Kilopascals};
@@ -21,6 +21,7 @@ fn any_command() -> impl Strategy<Value = Command> {
         1 => Just(Command::Release),
         1 => Just(Command::Stop),
         2 => Just(Command::Acknowledge),
+        1 => Just(Command::Alive),
         1 => Just(Command::Tare),
     ]
 }
@@ -40,6 +41,33 @@ fn any_frame() -> impl Strategy<Value = RawFrame> {
             scans,
             overrun,
         })
+}
+
+fn any_settings() -> impl Strategy<Value = Settings> {
+    (
+        prop::bool::ANY,
+        prop_oneof![Just(OnLoss::Hold), Just(OnLoss::Vent), Just(OnLoss::Regrip)],
+        prop_oneof![Just(0.0f32), Just(300.0)],
+    )
+        .prop_map(|(hold, on_loss, host_timeout_ms)| Settings {
+            max_pressure_kpa: 150.0,
+            on_fault: if hold { OnFault::Hold } else { OnFault::Vent },
+            on_loss,
+            host_timeout_ms,
+            ..Settings::default()
+        })
+}
+
+/// Whether an object can be lost from here: it is held, or was when the set-point changed.
+fn can_lose(state: &State) -> bool {
+    state.is_holding()
+        || matches!(
+            state,
+            State::Closing {
+                purpose: Purpose::Change,
+                ..
+            }
+        )
 }
 
 /// Whether the diagram in `src/grasp.rs` has a way from one state to the other.
@@ -63,9 +91,9 @@ proptest! {
     fn any_input_keeps_the_limits_and_the_diagram(
         inputs in prop::collection::vec((any_frame(), any_command(), 1u16..400), 1..40),
         jump_us in 0u64..10_000,
+        settings in any_settings(),
     ) {
         let front_end = FrontEnd::REFERENCE;
-        let settings = Settings { max_pressure_kpa: 150.0, ..Settings::default() };
         let active = settings.validate(&front_end, &FINGER).expect("good settings");
         let mut controller = Controller::new(&FINGER, active);
         let mut now = 0;
@@ -79,6 +107,10 @@ proptest! {
                 prop_assert!((0.0..=150.03).contains(&kpa), "{} kPa", kpa);
                 let next = outputs.snapshot.state;
                 prop_assert!(follows(&state, &next), "{:?} to {:?}", state, next);
+                if outputs.events.iter().any(|event| matches!(event, Event::Lost(_))) {
+                    prop_assert!(can_lose(&state), "lost from {:?}", state);
+                    prop_assert!(command != Command::Release, "lost on release");
+                }
                 state = next;
                 prop_assert_eq!(outputs.events.lost(), 0);
             }
@@ -99,7 +131,7 @@ proptest! {
             board.run(1);
         }
         board.run(1_500);
-        prop_assert_eq!(board.count(|event| matches!(event, Event::Lost { .. })), 0);
+        prop_assert_eq!(board.count(|event| matches!(event, Event::Lost(_))), 0);
     }
 
     #[test]

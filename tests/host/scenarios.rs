@@ -2,24 +2,21 @@
 
 use crate::mock::{GaugeState, MockBoard};
 use softgrip::command::{Payload, Refusal};
+use softgrip::detect::LossCause;
 use softgrip::fault::Fault;
 use softgrip::grasp::State;
-use softgrip::settings::{OnFault, Settings};
+use softgrip::settings::{OnFault, OnLoss, Settings};
 use softgrip::table::{FINGER, ObjectKind};
 use softgrip::telemetry::Event;
-use softgrip::units::{AdcCode, Degrees, Kilograms, Kilopascals, MetresPerSecondSquared};
+use softgrip::units::{Degrees, Kilograms, Kilopascals, MetresPerSecondSquared};
 use softgrip::{Command, Grip};
 
 fn is_lost(event: &Event) -> bool {
-    matches!(event, Event::Lost { .. })
+    matches!(event, Event::Lost(_))
 }
 
 fn is_fault(wanted: Fault) -> impl Fn(&Event) -> bool {
     move |event| matches!(event, Event::Fault { fault, .. } if *fault == wanted)
-}
-
-fn state(board: &MockBoard) -> State {
-    board.last.as_ref().expect("a tick has run").snapshot.state
 }
 
 const GRIP: Command = Command::Grip(Grip::Pressure(Kilopascals(140.0)));
@@ -34,7 +31,12 @@ fn a_grasp_is_contact_then_holding_and_each_is_said_once() {
         assert_eq!(board.count(|event| *event == Event::Contact { finger }), 1);
     }
     assert_eq!(board.events.len(), 4, "{:?}", board.events);
-    assert!(matches!(board.events[3].1, Event::Holding));
+    assert!(matches!(
+        board.events[3].1,
+        Event::Holding {
+            touching: [true, true, true]
+        }
+    ));
     assert!(
         board
             .last
@@ -88,6 +90,131 @@ fn a_dropped_object_is_reported_once_within_20_ms_and_stays_latched() {
 }
 
 #[test]
+fn a_latched_loss_says_when_how_and_by_which_fingers() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.drop_object();
+    board.run(100);
+    let loss = board.last.as_ref().and_then(|last| last.snapshot.lost);
+    let loss = loss.expect("a latched loss");
+    assert_eq!(loss.cause, LossCause::Collapse);
+    assert!(loss.latency_us() <= 20_000, "{} µs", loss.latency_us());
+    for fall in loss.evidence {
+        assert!(
+            fall.is_some_and(|fall| (0.1..0.9).contains(&fall)),
+            "{fall:?}"
+        );
+    }
+}
+
+#[test]
+fn on_a_loss_the_fingers_stay_or_open_as_the_settings_say() {
+    for (on_loss, kpa) in [(OnLoss::Hold, 140.0), (OnLoss::Vent, 0.0)] {
+        let mut board = MockBoard::holding(Settings {
+            on_loss,
+            ..Settings::default()
+        });
+        board.drop_object();
+        board.grip = [0.0; 3];
+        board.run(2_000);
+        assert_eq!(board.count(is_lost), 1, "{on_loss:?}");
+        assert!((board.pressure_kpa - kpa).abs() < 1.0, "{on_loss:?}");
+        assert!(board.last.as_ref().is_some_and(|last| last.indicators.lost));
+    }
+}
+
+#[test]
+fn a_regrip_closes_harder_once_and_says_whether_something_is_there() {
+    let settings = Settings {
+        on_loss: OnLoss::Regrip,
+        regrip_raise_kpa: 15.0,
+        ..Settings::default()
+    };
+    let mut board = MockBoard::holding(settings);
+    let fall = |board: &mut MockBoard| {
+        board.drop_object();
+        board.grip = [0.0; 3];
+    };
+    fall(&mut board);
+    assert_eq!(board.count(|event| *event == Event::Regripping), 1);
+    // It is caught again ...
+    for ms in 0..50 {
+        board.grip = [ms as f32 / 50.0; 3];
+        board.run(1);
+    }
+    board.run(2_000);
+    assert_eq!(
+        board.count(|event| matches!(event, Event::Holding { .. })),
+        1
+    );
+    assert!((board.pressure_kpa - 155.0).abs() < 1.0);
+    assert!(board.last.as_ref().is_some_and(|last| last.indicators.lost));
+    // ... and lost again: said again, without a second attempt.
+    fall(&mut board);
+    board.run(2_000);
+    assert_eq!(board.count(is_lost), 2);
+    assert_eq!(board.count(|event| *event == Event::Regripping), 1);
+    assert!(matches!(board.state(), State::Empty { .. }));
+
+    // Nothing to catch: closed on nothing, and no second loss.
+    let mut board = MockBoard::holding(settings);
+    fall(&mut board);
+    board.run(2_000);
+    assert_eq!(board.count(is_lost), 1);
+    assert_eq!(board.count(|event| *event == Event::Empty), 1);
+
+    // Never above the limit.
+    let mut board = MockBoard::holding(Settings {
+        max_pressure_kpa: 150.0,
+        ..settings
+    });
+    fall(&mut board);
+    board.run(2_000);
+    assert!((board.state().target().0 - 150.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_grasp_with_two_fingers_is_reported_as_such_and_its_loss_is_told() {
+    let mut board = MockBoard::new(Settings::default());
+    board.grip = [1.0, 0.0, 1.0];
+    board.step(GRIP);
+    board.run(2_000);
+    let partial = Event::Holding {
+        touching: [true, false, true],
+    };
+    assert_eq!(
+        board.count(|event| *event == partial),
+        1,
+        "{:?}",
+        board.events
+    );
+    for ms in 0..80 {
+        let fall = (1.0 - ms as f32 / 44.0).max(0.14);
+        board.grip = [fall, 0.0, fall];
+        board.run(1);
+    }
+    assert_eq!(board.count(is_lost), 1);
+}
+
+#[test]
+fn a_host_that_falls_silent_is_a_fault_and_without_a_timeout_it_may() {
+    let mut board = MockBoard::holding(Settings::default());
+    board.run(5_000);
+    assert!(board.events.is_empty(), "{:?}", board.events);
+
+    let mut board = MockBoard::new(Settings {
+        host_timeout_ms: 50.0,
+        ..Settings::default()
+    });
+    for _ in 0..500 {
+        board.step(Command::Alive);
+    }
+    let spoke = board.now_ms();
+    board.run(100);
+    let silent = board.first(is_fault(Fault::HostSilent));
+    assert_eq!(silent, Some(spoke + 51));
+}
+
+#[test]
 fn a_commanded_release_is_released_and_never_lost() {
     let mut board = MockBoard::holding(Settings::default());
     board.step(Command::Release);
@@ -96,7 +223,7 @@ fn a_commanded_release_is_released_and_never_lost() {
     board.run(2_000);
     assert_eq!(board.count(is_lost), 0);
     assert_eq!(board.count(|event| *event == Event::Released), 1);
-    assert_eq!(state(&board), State::Idle);
+    assert_eq!(board.state(), State::Idle);
 }
 
 #[test]
@@ -142,7 +269,10 @@ fn a_supply_that_falls_short_by_less_than_a_fault_still_grips_and_still_tells_a_
     board.grip = [1.0; 3];
     board.step(GRIP);
     board.run(2_000);
-    assert_eq!(board.count(|event| *event == Event::Holding), 1);
+    assert_eq!(
+        board.count(|event| matches!(event, Event::Holding { .. })),
+        1
+    );
     board.drop_object();
     assert_eq!(board.count(is_lost), 1);
 }
@@ -190,17 +320,13 @@ fn acknowledging_a_fault_does_not_drop_what_is_held() {
     board.step(Command::Acknowledge);
     board.run(1_000);
     assert!((board.pressure_kpa - 140.0).abs() < 3.0);
-    assert!(matches!(state(&board), State::Holding { .. }));
+    assert!(matches!(board.state(), State::Holding { .. }));
     assert_eq!(board.count(is_lost), 0);
 }
 
 #[test]
 fn one_failed_gauge_is_reported_and_two_fingers_still_tell_a_loss() {
-    for bad in [
-        GaugeState::Open,
-        GaugeState::Short,
-        GaugeState::Stuck(AdcCode(33_000)),
-    ] {
+    for bad in [GaugeState::Open, GaugeState::Short, GaugeState::Stuck] {
         let mut board = MockBoard::holding(Settings::default());
         board.gauges[1] = bad;
         let broken = board.now_ms();
@@ -217,7 +343,7 @@ fn one_failed_gauge_is_reported_and_two_fingers_still_tell_a_loss() {
             })
             .expect("a gauge fault");
         assert!(reported - broken <= 20, "{bad:?}: {} ms", reported - broken);
-        assert!(matches!(state(&board), State::Holding { .. }), "{bad:?}");
+        assert!(matches!(board.state(), State::Holding { .. }), "{bad:?}");
         assert_eq!(board.count(is_lost), 0, "{bad:?}");
         board.drop_object();
         assert_eq!(board.count(is_lost), 1, "{bad:?}");
@@ -231,7 +357,7 @@ fn two_failed_gauges_are_a_fault_because_losses_would_go_unseen() {
     board.gauges[2] = GaugeState::Open;
     board.run(10);
     assert!(matches!(
-        state(&board),
+        board.state(),
         State::Fault {
             fault: Fault::GaugeOpen,
             ..
@@ -298,7 +424,7 @@ fn a_grip_for_a_payload_takes_the_lowest_pressure_with_the_margin() {
     board.grip = [1.0; 3];
     board.step(Command::Grip(Grip::Payload(payload)));
     board.run(2_000);
-    let target = state(&board).target();
+    let target = board.state().target();
     let (lift, _) = FINGER.lift(ObjectKind::Sphere, target);
     // 20 % beyond 0.1 kg × 14.8 m/s².
     assert!((lift.0 - 1.2 * 1.480_665).abs() < 1e-3, "{lift:?}");
@@ -371,7 +497,7 @@ fn a_grip_that_cannot_be_is_refused_with_its_reason() {
         board.step(Command::Grip(grip));
         assert_eq!(board.events.len(), 1);
         assert_eq!(board.events[0].1, Event::Refused(refusal));
-        assert_eq!(state(&board), State::Idle);
+        assert_eq!(board.state(), State::Idle);
     }
 }
 

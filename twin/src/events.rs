@@ -1,6 +1,8 @@
 //! Controller events as JSON and in plain words.
 
 use serde_json::{Value, json};
+use softgrip::FINGERS;
+use softgrip::detect::LossCause;
 use softgrip::telemetry::Event;
 
 use crate::json::round;
@@ -21,9 +23,13 @@ impl TimedEvent {
         match self.event {
             Event::Contact { finger } => value["finger"] = json!(finger + 1),
             Event::Slip { rate } => value["rate_per_s"] = json!(round(rate.into(), 4)),
-            Event::Lost { onset } => {
-                value["onset_s"] = json!(round(onset.micros() as f64 * 1e-6, 6))
+            Event::Lost(loss) => {
+                value["onset_s"] = json!(round(loss.onset.micros() as f64 * 1e-6, 6));
+                value["cause"] = json!(cause(loss.cause));
+                let fall = |share: f32| json!(round(share.into(), 3));
+                value["evidence"] = json!(loss.evidence.map(|share| share.map(fall)));
             }
+            Event::Holding { touching } => value["fingers"] = json!(fingers(touching)),
             Event::Fault { fault, finger } => {
                 value["code"] = json!(fault.code());
                 value["fault"] = json!(format!("{fault:?}"));
@@ -32,9 +38,9 @@ impl TimedEvent {
                 }
             }
             Event::Refused(refusal) => value["reason"] = json!(format!("{refusal:?}")),
-            Event::Holding
-            | Event::Empty
+            Event::Empty
             | Event::Released
+            | Event::Regripping
             | Event::AirLoss
             | Event::Tared
             | Event::Acknowledged => {}
@@ -46,7 +52,10 @@ impl TimedEvent {
     pub fn words(&self) -> String {
         match self.event {
             Event::Contact { finger } => format!("finger {} touches", finger + 1),
-            Event::Holding => "holding".into(),
+            Event::Holding { touching } if touching.contains(&false) => {
+                format!("holding with fingers {:?} alone", fingers(touching))
+            }
+            Event::Holding { .. } => "holding".into(),
             Event::Empty => "closed on nothing".into(),
             Event::Slip { rate } => {
                 format!(
@@ -54,10 +63,12 @@ impl TimedEvent {
                     100.0 * rate
                 )
             }
-            Event::Lost { onset } => format!(
-                "LOST: the object is gone (since {:.3} s)",
-                onset.micros() as f64 * 1e-6
+            Event::Lost(loss) => format!(
+                "LOST: the object is gone (since {:.3} s, {})",
+                loss.onset.micros() as f64 * 1e-6,
+                cause(loss.cause)
             ),
+            Event::Regripping => "closing harder to catch it".into(),
             Event::Released => "released".into(),
             Event::AirLoss => "AIR LOSS: the pressure is going".into(),
             Event::Fault { fault, finger } => match finger {
@@ -73,14 +84,29 @@ impl TimedEvent {
     }
 }
 
+/// The fingers that are meant, counted from 1.
+fn fingers(which: [bool; FINGERS]) -> Vec<usize> {
+    (1..=FINGERS).filter(|finger| which[finger - 1]).collect()
+}
+
+/// A word for how a loss showed.
+fn cause(cause: LossCause) -> &'static str {
+    match cause {
+        LossCause::Collapse => "collapse",
+        LossCause::OneSided => "one_sided",
+        LossCause::Missing => "missing",
+    }
+}
+
 /// The event's name on every wire.
 pub fn name(event: &Event) -> &'static str {
     match event {
         Event::Contact { .. } => "contact",
-        Event::Holding => "holding",
+        Event::Holding { .. } => "holding",
         Event::Empty => "empty",
         Event::Slip { .. } => "slip",
-        Event::Lost { .. } => "lost",
+        Event::Lost(_) => "lost",
+        Event::Regripping => "regripping",
         Event::Released => "released",
         Event::AirLoss => "air_loss",
         Event::Fault { .. } => "fault",

@@ -199,10 +199,11 @@ fn marks(run: &Run) -> Vec<(f64, RGBColor, &'static str)> {
                     first_contact = false;
                     (QUIET, "contact")
                 }
-                Event::Holding => (QUIET, "holding"),
+                Event::Holding { .. } => (QUIET, "holding"),
                 Event::Empty => (QUIET, "closed on nothing"),
                 Event::Slip { .. } => (PALETTE[1], "slip"),
-                Event::Lost { .. } => (ALARM, "LOST"),
+                Event::Lost(_) => (ALARM, "LOST"),
+                Event::Regripping => (QUIET, "closing harder"),
                 Event::Released => (QUIET, "released"),
                 Event::AirLoss => (ALARM, "AIR LOSS"),
                 Event::Fault { .. } => (ALARM, "FAULT"),

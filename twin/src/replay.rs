@@ -1,6 +1,7 @@
 //! Recorded traces through the controller.
 
 use softgrip::frontend::FrontEnd;
+use softgrip::grasp::Loss;
 use softgrip::units::{AdcCode, Instant, Kilopascals, Microstrain, Volts};
 use softgrip::{Command, Controller, Grip, RawFrame, TICK_US};
 
@@ -120,12 +121,14 @@ fn on_the_traces_clock(
 ) -> softgrip::telemetry::Event {
     use softgrip::telemetry::Event;
     match event {
-        Event::Lost { onset } => {
-            let t_us = (1e6 * t_s).round().max(0.0) as u64;
-            let onset = t_us.saturating_sub(now.micros_since(onset));
-            Event::Lost {
+        Event::Lost(loss) => {
+            let flagged = (1e6 * t_s).round().max(0.0) as u64;
+            let onset = flagged.saturating_sub(now.micros_since(loss.onset));
+            Event::Lost(Loss {
                 onset: Instant::from_micros(onset),
-            }
+                flagged: Instant::from_micros(flagged),
+                ..loss
+            })
         }
         other => other,
     }

@@ -98,8 +98,7 @@ fn frames(run: &Run) -> Vec<(String, &Pose)> {
         .extend(said(|event| matches!(event, Event::Contact { .. })).map(|t| (t, "first contact")));
     instants
         .extend(said(|event| matches!(event, Event::Slip { .. })).map(|t| (t, "slip reported")));
-    instants
-        .extend(said(|event| matches!(event, Event::Lost { .. })).map(|t| (t, "loss reported")));
+    instants.extend(said(|event| matches!(event, Event::Lost(_))).map(|t| (t, "loss reported")));
     instants.extend(said(|event| matches!(event, Event::Released)).map(|t| (t, "released")));
     instants.extend(run.slid_at_s.map(|t| (t, "has slid 20 mm")));
     // What follows a loss shows empty fingers only.

@@ -192,7 +192,7 @@ pub fn run(
         collapse_at_s: slid_at_s.and_then(|_| collapse(&samples)),
         flagged_at_s: events
             .iter()
-            .find(|timed| matches!(timed.event, Event::Lost { .. }))
+            .find(|timed| matches!(timed.event, Event::Lost(_)))
             .map(|timed| timed.t_s),
         realtime_factor: (ticks * TICK_US) as f64 * 1e-6 / wall_s,
         samples,
@@ -262,7 +262,7 @@ impl Run {
     pub fn lost_reports(&self) -> usize {
         self.events
             .iter()
-            .filter(|timed| matches!(timed.event, Event::Lost { .. }))
+            .filter(|timed| matches!(timed.event, Event::Lost(_)))
             .count()
     }
 
