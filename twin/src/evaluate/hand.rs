@@ -7,7 +7,7 @@ use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
 
 use super::meter::Meter;
-use super::response::{Filter, Response, directions};
+use super::response::{Filter, Response, Slider, answer};
 use crate::gripper::Gripper;
 use crate::plant::{Lag, Swing};
 
@@ -37,8 +37,9 @@ pub struct Hand<R> {
     inflation: Lag,
     bending: Swing,
     creep: [Lag; FINGERS],
-    /// What is between the fingers, with its answers along, across in x and across in y.
-    held: Option<(Response, [Filter; 3])>,
+    /// What is between the fingers, with its answers along, across in x and across in y, and how it
+    /// gives way.
+    held: Option<(Response, [Filter; 3], Slider)>,
     /// The gauges.
     pub gauges: [Gauge; FINGERS],
 }
@@ -69,7 +70,7 @@ impl<R: Rng> Hand<R> {
     pub fn place(&mut self, object: Option<&Response>) {
         self.held = object.map(|response| {
             let filters = [response.along, response.across, response.across].map(Filter::new);
-            (response.clone(), filters)
+            (response.clone(), filters, Slider::new(response.slide))
         });
     }
 
@@ -90,16 +91,17 @@ impl<R: Rng> Hand<R> {
         let mut free = free_at(self.bending.step(inflated_kpa));
 
         let mut residual = [0.0; FINGERS];
-        if let Some((response, [along, x, y])) = &mut self.held {
+        if let Some((response, filters, slider)) = &mut self.held {
             let plateau = response.residual_at(inflated_kpa);
             // A free finger swings; one that presses on something does not.
             let pressing = plateau / (plateau + TOUCH_UE);
             free += pressing * (free_at(inflated_kpa) - free);
             let share = plateau / response.residual_at(response.pressure_kpa);
-            let [ax, ay, az] = acceleration_m_s2;
-            let (along, x, y) = (along.step(az), x.step(ax), y.step(ay));
-            for (residual, [cos, sin]) in residual.iter_mut().zip(directions()) {
-                *residual = plateau + share * (along + cos * x + sin * y);
+            let linear = answer(filters, acceleration_m_s2);
+            let [x, y, _] = acceleration_m_s2;
+            let shifted = slider.step([x, y]);
+            for (i, residual) in residual.iter_mut().enumerate() {
+                *residual = plateau + share * (linear[i] + shifted[i]);
             }
         }
         let creep = 0.01 * self.gripper.gauge.creep_percent;

@@ -241,7 +241,7 @@ pub fn judge(
         let outputs = controller.step(now, &frame, command);
         for event in outputs.events.iter() {
             match event {
-                Event::Holding => {
+                Event::Holding { .. } => {
                     holding.get_or_insert(tick);
                 }
                 Event::Slip { .. } if tick >= recording.lift => {

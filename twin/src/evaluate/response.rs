@@ -4,7 +4,8 @@
 //! On the twin the answer is overdamped and almost linear: silicone damps more than the object's mass
 //! can swing. Each finger's residual answers alike to acceleration along the fingers, and to
 //! acceleration across them by its cosine with the finger's direction. Two difference equations of second
-//! order, fitted by least squares to a run under broadband acceleration, are all of it.
+//! order, fitted by least squares to a run under broadband acceleration, are most of it. The rest is that
+//! an object gives way sideways where a stop or a bump is harder than its friction, and stays there.
 
 use std::f64::consts::TAU;
 
@@ -83,6 +84,126 @@ impl Filter {
     }
 }
 
+/// How an object gives way across the fingers: beyond a threshold of acceleration it creeps on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slide {
+    /// Acceleration that friction resists, m/s².
+    pub threshold_m_s2: f64,
+    /// What the fingers push back for each unit of the way, 1/s.
+    pub restoring_per_s: f64,
+    /// Share by which the way follows acceleration in a tick.
+    pub gain: f64,
+    /// Residual of a finger for each unit of the way towards it, µε per m/s.
+    pub shift_ue: f64,
+    /// Rise of every residual with the square of the way, µε per (m/s)².
+    pub rise_ue: f64,
+}
+
+/// An object that gives way, in motion. The way counts in m/s: acceleration beyond the threshold times its
+/// duration.
+#[derive(Debug, Clone, Copy)]
+pub struct Slider {
+    slide: Slide,
+    lagged: [f64; 2],
+    way: [f64; 2],
+}
+
+impl Slider {
+    /// At rest in the middle.
+    pub fn new(slide: Slide) -> Self {
+        Self {
+            slide,
+            lagged: [0.0; 2],
+            way: [0.0; 2],
+        }
+    }
+
+    /// Residuals of the fingers under this acceleration across, µε.
+    pub fn step(&mut self, acceleration_m_s2: [f64; 2]) -> [f64; FINGERS] {
+        self.advance(acceleration_m_s2);
+        let Slide {
+            shift_ue, rise_ue, ..
+        } = self.slide;
+        let [x, y] = self.way;
+        if x == 0.0 && y == 0.0 {
+            return [0.0; FINGERS];
+        }
+        let rise = rise_ue * (x * x + y * y);
+        directions().map(|[cos, sin]| shift_ue * (x * cos + y * sin) + rise)
+    }
+
+    fn advance(&mut self, acceleration_m_s2: [f64; 2]) {
+        let slide = &self.slide;
+        let mut driving = [0.0; 2];
+        for i in 0..2 {
+            self.lagged[i] += slide.gain * (acceleration_m_s2[i] - self.lagged[i]);
+            driving[i] = self.lagged[i] - slide.restoring_per_s * self.way[i];
+        }
+        let [x, y] = driving;
+        let size = (x * x + y * y).sqrt();
+        if size > slide.threshold_m_s2 {
+            let step = STEP_S * (1.0 - slide.threshold_m_s2 / size);
+            self.way[0] += step * x;
+            self.way[1] += step * y;
+        }
+    }
+}
+
+/// A run across the fingers: acceleration in x and y, and what linear answers leave of each residual.
+type Across = Vec<([f64; 2], [f64; FINGERS])>;
+
+impl Slide {
+    /// Thresholds, restorations and lags that are tried.
+    const THRESHOLDS_M_S2: std::ops::Range<u32> = 4..30;
+    const RESTORING_PER_S: [f64; 6] = [0.0, 2.0, 5.0, 10.0, 20.0, 40.0];
+    const GAINS: [f64; 4] = [1.0, 0.2, 0.1, 0.05];
+
+    /// The one that explains most of a run; the last two of its numbers by least squares.
+    fn fit(run: &Across) -> Self {
+        let tried = Self::THRESHOLDS_M_S2.flat_map(|threshold| {
+            Self::RESTORING_PER_S
+                .into_iter()
+                .flat_map(move |restoring_per_s| {
+                    Self::GAINS.into_iter().map(move |gain| Self {
+                        threshold_m_s2: f64::from(threshold),
+                        restoring_per_s,
+                        gain,
+                        shift_ue: 0.0,
+                        rise_ue: 0.0,
+                    })
+                })
+        });
+        tried
+            .map(|slide| slide.scaled(run))
+            .reduce(|best, next| if next.1 > best.1 { next } else { best })
+            .map(|(slide, _)| slide)
+            .expect("something is tried")
+    }
+
+    /// The same with its scales by least squares, and the sum of squares that it explains.
+    fn scaled(mut self, run: &Across) -> (Self, f64) {
+        let mut slider = Slider::new(self);
+        let (mut sr, mut ss, mut qr, mut qq) = (0.0, 0.0, 0.0, 0.0);
+        for (acceleration, left) in run {
+            slider.advance(*acceleration);
+            let [x, y] = slider.way;
+            for ([cos, sin], left) in directions().into_iter().zip(left) {
+                let way = x * cos + y * sin;
+                sr += way * left;
+                ss += way * way;
+            }
+            let square = x * x + y * y;
+            qr += square * left.iter().sum::<f64>() / FINGERS as f64;
+            qq += square * square;
+        }
+        if ss > 0.0 {
+            self.shift_ue = sr / ss;
+            self.rise_ue = qr / qq;
+        }
+        (self, self.shift_ue * sr + self.rise_ue * qr)
+    }
+}
+
 /// An object in the grip.
 #[derive(Debug, Clone)]
 pub struct Response {
@@ -94,6 +215,8 @@ pub struct Response {
     pub along: Difference,
     /// Residual of a finger on acceleration across, outwards of that finger, µε per m/s².
     pub across: Difference,
+    /// How it gives way.
+    pub slide: Slide,
 }
 
 impl Response {
@@ -123,11 +246,13 @@ impl Response {
         let fit = |[input, output]: &[Vec<f64>; 2]| {
             Difference::fit(input, output).context("the object does not answer to acceleration")
         };
+        let (along, across) = (fit(&along)?, fit(&across)?);
         Ok(Self {
             pressure_kpa,
             residual_ue,
-            along: fit(&along)?,
-            across: fit(&across)?,
+            along,
+            across,
+            slide: Slide::fit(&knocks(setup, along, across)),
         })
     }
 
@@ -140,12 +265,60 @@ impl Response {
     }
 }
 
+/// Half sines across the fingers under which an object is made to give way: peak, m/s², length, s, and
+/// direction in units of a sixth of a turn.
+const KNOCKS: [(f64, f64, f64); 8] = [
+    (12.0, 0.15, 0.0),
+    (16.0, 0.10, 3.5),
+    (20.0, 0.08, 1.2),
+    (14.0, 0.20, 4.6),
+    (30.0, 0.015, 2.3),
+    (50.0, 0.010, 5.8),
+    (18.0, 0.12, 2.9),
+    (40.0, 0.015, 0.4),
+];
+/// Time from one to the next, s.
+const KNOCK_S: f64 = 0.4;
+
+/// What the linear answers leave of the residuals under knocks.
+fn knocks(setup: &Setup, along: Difference, across: Difference) -> Across {
+    let pressure_kpa = setup.scenario.pressure_kpa;
+    let mut bench = Bench::holding(setup, pressure_kpa);
+    let plateau = bench.residual_ue();
+    let mut filters = [along, across, across].map(Filter::new);
+    let mut run = Vec::new();
+    for (peak_m_s2, length_s, sixth) in KNOCKS {
+        let angle = TAU * sixth / 6.0;
+        for n in 0..(KNOCK_S / STEP_S) as usize {
+            let t_s = n as f64 * STEP_S;
+            let size = match t_s < length_s {
+                true => peak_m_s2 * (0.5 * TAU * t_s / length_s).sin(),
+                false => 0.0,
+            };
+            let acceleration = [size * angle.cos(), size * angle.sin()];
+            bench.step([acceleration[0], acceleration[1], 0.0]);
+            let now = bench.residual_ue();
+            let linear = answer(&mut filters, [acceleration[0], acceleration[1], 0.0]);
+            let left = std::array::from_fn(|i| now[i] - plateau[i] - linear[i]);
+            run.push((acceleration, left));
+        }
+    }
+    run
+}
+
+/// The linear answer of each finger: along, across in x, across in y.
+pub fn answer(filters: &mut [Filter; 3], acceleration_m_s2: [f64; 3]) -> [f64; FINGERS] {
+    let [along, across_x, across_y] = filters;
+    let [x, y, z] = acceleration_m_s2;
+    let (along, x, y) = (along.step(z), across_x.step(x), across_y.step(y));
+    directions().map(|[cos, sin]| along + cos * x + sin * y)
+}
+
 /// Outward directions of the fingers across, x and y.
-pub fn directions() -> [[f64; 2]; FINGERS] {
-    std::array::from_fn(|i| {
-        let angle = TAU * i as f64 / FINGERS as f64;
-        [angle.cos(), angle.sin()]
-    })
+pub const fn directions() -> [[f64; 2]; FINGERS] {
+    // √3 / 2.
+    const SIN_60: f64 = 0.866_025_403_784_438_6;
+    [[1.0, 0.0], [-0.5, SIN_60], [-0.5, -SIN_60]]
 }
 
 /// White noise through two first-order lags of 4 ms: flat up to 40 Hz.
