@@ -22,6 +22,7 @@ pub struct Gripper {
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
 pub struct Hand {
     pub first_finger_deg: f64,
+    pub finger_stiffness: [f64; 3],
     pub damping_ms: f64,
     pub inflation_lag_ms: f64,
     pub sliding_friction: f64,

@@ -21,6 +21,7 @@ pub mod sim;
 pub mod setup;
 
 pub mod capability;
+pub mod evaluate;
 pub mod study;
 pub mod sweep;
 

@@ -26,6 +26,8 @@ enum Action {
     Study(cli::study::StudyArgs),
     /// Finds the heaviest object that arrives, against the arm's acceleration.
     Capability(cli::capability::CapabilityArgs),
+    /// Measures how soon the controller reports a loss and how often it cries wolf.
+    Evaluate(cli::evaluate::EvaluateArgs),
     /// Runs a grid or a random sample over any parameters of the simulated gripper.
     Sweep(cli::sweep::SweepArgs),
     /// Runs a recorded trace (CSV) through the real controller and prints what it reports.
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Action::Sim(args) => cli::sim::run(&args),
         Action::Study(args) => cli::study::run(&args),
         Action::Capability(args) => cli::capability::run(&args),
+        Action::Evaluate(args) => cli::evaluate::run(&args),
         Action::Sweep(args) => cli::sweep::run(&args),
         Action::Replay(args) => cli::replay::run(&args),
         Action::Table(args) => cli::table::run(&args),

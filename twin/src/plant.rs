@@ -35,26 +35,37 @@ pub struct Truth {
     pub pressure_kpa: f64,
     /// Contact residual of each finger, without noise, creep and quantisation, µε.
     pub residual_ue: [f64; FINGERS],
+    /// What each gauge shows, with creep, without noise and quantisation, µε.
+    pub strain_ue: [f64; FINGERS],
     /// Normal force of each finger on the object, N.
     pub contact_n: [f64; FINGERS],
 }
 
+/// What comes from outside and is in no profile; nothing unless set.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Disturbance {
+    /// Force on the object, in the palm's frame, N.
+    pub push_n: [f64; 3],
+    /// Pressure that the regulator adds on its own, kPa.
+    pub ripple_kpa: f64,
+}
+
 /// First-order lag.
 #[derive(Debug, Clone, Copy)]
-struct Lag {
+pub(crate) struct Lag {
     gain: f64,
     value: f64,
 }
 
 impl Lag {
-    fn new(time_constant_s: f64) -> Self {
+    pub fn new(time_constant_s: f64) -> Self {
         Self {
             gain: 1.0 - (-TICK_S / time_constant_s).exp(),
             value: 0.0,
         }
     }
 
-    fn step(&mut self, input: f64) -> f64 {
+    pub fn step(&mut self, input: f64) -> f64 {
         self.value += self.gain * (input - self.value);
         self.value
     }
@@ -63,7 +74,7 @@ impl Lag {
 /// A free finger's swing behind its pressure, fitted to free closes and openings of the simulated
 /// finger (0.003 rad at worst).
 #[derive(Debug, Clone, Copy, Default)]
-struct Swing {
+pub(crate) struct Swing {
     value: f64,
     rate: f64,
 }
@@ -73,12 +84,50 @@ impl Swing {
     const OMEGA: f64 = 37.0;
     const DAMPING: f64 = 0.45;
 
-    fn step(&mut self, input: f64) -> f64 {
+    pub fn step(&mut self, input: f64) -> f64 {
         let acceleration = Self::OMEGA * Self::OMEGA * (input - self.value)
             - 2.0 * Self::DAMPING * Self::OMEGA * self.rate;
         self.rate += TICK_S * acceleration;
         self.value += TICK_S * self.rate;
         self.value
+    }
+}
+
+/// Fingers and object as the rigid-body engine knows them.
+pub fn world_config(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> WorldConfig {
+    let hand = &gripper.hand;
+    let fingers = hand.finger_stiffness.map(|factor| Finger {
+        length_m: chain.link_length_m,
+        mass_kg: chain.link_mass_kg,
+        stiffness_nm_rad: chain.joint_stiffness_nm_per_rad.map(|k| factor * k),
+        damping_s: 1e-3 * hand.damping_ms,
+    });
+    let gripped = match scenario.object {
+        ObjectKind::Sphere => chain.grasp.sphere,
+        ObjectKind::Cylinder => chain.grasp.cylinder,
+    };
+    let shape = match gripped.object {
+        Object::Sphere { radius_m } => Shape::Sphere {
+            diameter_m: 2.0 * radius_m,
+        },
+        Object::Cylinder { radius_m, height_m } => Shape::Cylinder {
+            diameter_m: 2.0 * radius_m,
+            height_m,
+        },
+    };
+    WorldConfig {
+        fingers,
+        link_radius_m: chain.grasp.link_radius_m,
+        palm_radius_m: chain.grasp.palm_radius_m,
+        first_finger_rad: TAU * hand.first_finger_deg / 360.0,
+        shape,
+        mass_kg: scenario.mass_kg,
+        grasp_depth_m: gripped.depth_m,
+        friction: scenario.friction,
+        sliding_friction: hand.sliding_friction * scenario.friction,
+        carry_m: 1e-3 * gripper.arm.carry_mm,
+        fingers_touch: false,
+        step_s: 1e-3 * gripper.world.step_ms,
     }
 }
 
@@ -99,46 +148,14 @@ pub struct Plant {
     inflation: Lag,
     bending: Swing,
     creep: [Lag; FINGERS],
+    disturbance: Disturbance,
 }
 
 impl Plant {
     /// A gripper above an object, without pressure.
     pub fn new(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> Self {
         let profile = Profile::new(&gripper.motion(scenario.accel_m_s2));
-        let hand = &gripper.hand;
-        let finger = Finger {
-            length_m: chain.link_length_m,
-            mass_kg: chain.link_mass_kg,
-            stiffness_nm_rad: chain.joint_stiffness_nm_per_rad,
-            damping_s: 1e-3 * hand.damping_ms,
-        };
-        let gripped = match scenario.object {
-            ObjectKind::Sphere => chain.grasp.sphere,
-            ObjectKind::Cylinder => chain.grasp.cylinder,
-        };
-        let shape = match gripped.object {
-            Object::Sphere { radius_m } => Shape::Sphere {
-                diameter_m: 2.0 * radius_m,
-            },
-            Object::Cylinder { radius_m, height_m } => Shape::Cylinder {
-                diameter_m: 2.0 * radius_m,
-                height_m,
-            },
-        };
-        let config = WorldConfig {
-            fingers: [finger; FINGERS],
-            link_radius_m: chain.grasp.link_radius_m,
-            palm_radius_m: chain.grasp.palm_radius_m,
-            first_finger_rad: TAU * hand.first_finger_deg / 360.0,
-            shape,
-            mass_kg: scenario.mass_kg,
-            grasp_depth_m: gripped.depth_m,
-            friction: scenario.friction,
-            sliding_friction: hand.sliding_friction * scenario.friction,
-            carry_m: 1e-3 * gripper.arm.carry_mm,
-            fingers_touch: false,
-            step_s: 1e-3 * gripper.world.step_ms,
-        };
+        let config = world_config(scenario, gripper, chain);
         Self {
             world: World::new(&config, profile.at(0.0).position_m),
             profile,
@@ -150,9 +167,10 @@ impl Plant {
             steps: 0,
             valve_kpa: 0.0,
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            inflation: Lag::new(1e-3 * hand.inflation_lag_ms),
+            inflation: Lag::new(1e-3 * gripper.hand.inflation_lag_ms),
             bending: Swing::default(),
             creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
+            disturbance: Disturbance::default(),
             gripper: gripper.clone(),
         }
     }
@@ -175,16 +193,35 @@ impl Plant {
         let angles = self.world.joint_angles();
         let strain = angles.map(|angles: [f64; LINKS]| self.chain.gauge_strain_ue(&angles));
         let free = self.chain.free_strain_ue(self.bending.step(inflated_kpa));
-        let frame = self.measure(strain);
+        let stiffness = self.gripper.hand.finger_stiffness;
+        let shown = self.creep(strain);
+        let frame = self.measure(shown);
         let truth = Truth {
             t_s,
             arm,
             object_m: self.world.object_position(),
-            pressure_kpa: self.pressure.value,
-            residual_ue: strain.map(|strain| free - strain),
+            pressure_kpa: self.pressure_kpa(),
+            residual_ue: std::array::from_fn(|i| free / stiffness[i] - strain[i]),
+            strain_ue: shown,
             contact_n: self.world.contact_force(),
         };
         (frame, truth)
+    }
+
+    /// How fast the object slides along each finger that touches it, m/s.
+    pub fn sliding_m_s(&self) -> [Option<f64>; FINGERS] {
+        self.world.sliding_m_s()
+    }
+
+    /// Sets what comes from outside, from the next tick on.
+    pub fn disturb(&mut self, disturbance: Disturbance) {
+        self.disturbance = disturbance;
+        self.world.push(disturbance.push_n);
+    }
+
+    fn pressure_kpa(&self) -> f64 {
+        // Ripple is made of air: there is none without pressure.
+        (self.pressure.value + self.disturbance.ripple_kpa).max(0.0)
     }
 
     /// Brings the world up to this tick, in steps that may be shorter or longer than a tick.
@@ -219,20 +256,24 @@ impl Plant {
         };
         let slew = regulator.slew_kpa_per_s * TICK_S;
         self.valve_kpa += (wanted - self.valve_kpa).clamp(-slew, slew);
-        let pressure = self.pressure.step(self.valve_kpa);
+        self.pressure.step(self.valve_kpa);
+        let pressure = self.pressure_kpa();
         self.inflation.step(pressure)
+    }
+
+    fn creep(&mut self, strain_ue: [f64; FINGERS]) -> [f64; FINGERS] {
+        let creep = 0.01 * self.gripper.gauge.creep_percent;
+        std::array::from_fn(|i| strain_ue[i] + creep * self.creep[i].step(strain_ue[i]))
     }
 
     fn measure(&mut self, strain_ue: [f64; FINGERS]) -> RawFrame {
         let front_end = self.front_end;
-        let creep = 0.01 * self.gripper.gauge.creep_percent;
-        let gauges = std::array::from_fn(|i| {
-            let strain = strain_ue[i] + creep * self.creep[i].step(strain_ue[i]);
+        let gauges = strain_ue.map(|strain| {
             let noise_ue = self.noise_ue;
             self.convert(noise_ue, |ue| front_end.gauge_code(Microstrain(ue)), strain)
         });
         let monitor_noise = self.gripper.regulator.monitor_noise_kpa;
-        let pressure = self.pressure.value;
+        let pressure = self.pressure_kpa();
         let monitor = self.convert(
             monitor_noise,
             |kpa| front_end.monitor_code(Kilopascals(kpa)),

@@ -110,6 +110,11 @@ impl Setup {
         })
     }
 
+    /// The controller's table of the fingers.
+    pub fn table(&self) -> &'static FingerTable {
+        self.table
+    }
+
     /// Where and how the object is gripped.
     pub fn gripped(&self) -> Gripped {
         match self.scenario.object {

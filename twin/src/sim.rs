@@ -231,20 +231,25 @@ fn judge(samples: &[Sample]) -> (Outcome, Option<f64>) {
 
 /// When the true residual sum left 90 % of its plateau, its value at the start of the lift, for good.
 fn collapse(samples: &[Sample]) -> Option<f64> {
-    let sum = |sample: &Sample| sample.truth.residual_ue.iter().sum::<f64>();
-    let lift = samples
+    let start = |phase| {
+        let mut samples = samples.iter();
+        samples.position(|sample| sample.truth.arm.phase == phase)
+    };
+    let held = &samples[start(Phase::Lift)?..start(Phase::Release)?];
+    let sums = held
         .iter()
-        .position(|sample| sample.truth.arm.phase == Phase::Lift)?;
-    let release = samples
-        .iter()
-        .position(|sample| sample.truth.arm.phase == Phase::Release)?;
-    let plateau = sum(&samples[lift]);
-    let held = samples[lift..release]
-        .iter()
-        .rposition(|sample| sum(sample) >= COLLAPSE * plateau)?;
-    samples[lift..release]
-        .get(held + 1)
-        .map(|sample| sample.truth.t_s)
+        .map(|sample| sample.truth.residual_ue.iter().sum::<f64>());
+    Some(held[collapse_of(sums)?].truth.t_s)
+}
+
+/// The place where a residual sum leaves 90 % of its first value for good.
+pub fn collapse_of(
+    sums: impl ExactSizeIterator<Item = f64> + DoubleEndedIterator + Clone,
+) -> Option<usize> {
+    let plateau = sums.clone().next()?;
+    let ticks = sums.len();
+    let held = sums.clone().rposition(|sum| sum >= COLLAPSE * plateau)?;
+    Some(held + 1).filter(|&next| next < ticks)
 }
 
 impl Run {

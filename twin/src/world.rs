@@ -106,6 +106,13 @@ impl World {
         self.rapier.step_with_events(&self.friction, &());
     }
 
+    /// Pushes the object at its centre with this force, in the palm's frame, N, until told otherwise.
+    pub fn push(&mut self, force_n: [f64; 3]) {
+        let object = &mut self.rapier.bodies[self.object];
+        object.reset_forces(true);
+        object.add_force(Vector::from(force_n), true);
+    }
+
     /// Angle of every joint, inward positive, rad.
     pub fn joint_angles(&self) -> [[f64; LINKS]; FINGERS] {
         self.fingers.map(|links| {
@@ -147,6 +154,36 @@ impl World {
                     .contact_pair(link.collider, self.object_collider)
             });
             pairs.fold(0.0, |sum, pair| sum + pair.total_impulse_magnitude()) / self.step_s
+        })
+    }
+
+    /// How fast the object slides along each finger that touches it, m/s: at the slowest contact, for it
+    /// may roll over one that sticks.
+    pub fn sliding_m_s(&self) -> [Option<f64>; FINGERS] {
+        let bodies = &self.rapier.bodies;
+        let object = &bodies[self.object];
+        self.fingers.map(|links| {
+            let speeds = links.iter().filter_map(|link| {
+                let pair = self
+                    .rapier
+                    .contact_pair(link.collider, self.object_collider)?;
+                // Rapier may name the two in either order.
+                let first = &self.rapier.colliders[pair.collider1];
+                let contacts = pair.manifolds().iter().flat_map(|manifold| {
+                    let normal = manifold.data.normal;
+                    let touching = manifold.points.iter().filter(|c| c.data.impulse > 0.0);
+                    touching.map(move |contact| (normal, contact.local_p1))
+                });
+                contacts
+                    .map(|(normal, local)| {
+                        let at = *first.position() * local;
+                        let relative =
+                            object.velocity_at_point(at) - bodies[link.body].velocity_at_point(at);
+                        (relative - normal * relative.dot(normal)).length()
+                    })
+                    .reduce(f64::min)
+            });
+            speeds.reduce(f64::min)
         })
     }
 

@@ -1,6 +1,7 @@
 //! The subcommands: what they take, and what they do with it.
 
 pub mod capability;
+pub mod evaluate;
 pub mod fit;
 pub mod replay;
 pub mod section;

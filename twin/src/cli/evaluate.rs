@@ -1,0 +1,89 @@
+//! `softgrip evaluate`: latency and false alarms, the numbers that are published.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Args;
+use softgrip::settings::Settings;
+use twin::evaluate::case::KNOWLEDGE;
+use twin::evaluate::{NOISE_UE, Options, alarms, latency, report};
+use twin::files;
+use twin::setup::Setup;
+
+use super::{Output, in_parallel, load_recipe, progress_bar, within};
+
+#[derive(Args)]
+pub struct EvaluateArgs {
+    /// Hours of simulated holding and moving at each level of noise; a tenth of that at the highest.
+    #[arg(long, value_name = "H", default_value = "100", allow_negative_numbers = true, value_parser = within(0.0, 10_000.0))]
+    hours: f64,
+    /// True losses to be found, for calibrated fingers and for uncalibrated ones.
+    #[arg(long, value_name = "N", default_value = "500")]
+    losses: usize,
+    /// Seed of everything that is random. The detector was tuned on seeds below 1000.
+    #[arg(long, value_name = "N", default_value = "1000000")]
+    seed: u64,
+    /// Directory where simulated losses are kept and found again: after a change of the detector alone
+    /// nothing needs to be simulated twice.
+    #[arg(long, value_name = "DIR")]
+    recordings: Option<PathBuf>,
+    /// Only this run of the losses, with every detail.
+    #[arg(long, value_name = "INDEX")]
+    only: Option<u64>,
+    /// Noise of the trace that --only writes, µε rms.
+    #[arg(long, value_name = "UE", default_value = "20", requires = "only", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
+    noise: f64,
+    /// The fingers [default: those that the firmware was built for].
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+    /// Threads [default: one per processor].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+}
+
+pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
+    let out = args.output.directory()?;
+    let base = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    let options = Options {
+        seed: args.seed,
+        losses: args.losses,
+        hours: args.hours,
+        recordings: args.recordings.clone(),
+        settings: Settings::default(),
+    };
+    if let Some(dir) = &options.recordings {
+        files::prepare(dir)?;
+    }
+    if let Some(index) = args.only {
+        for knowledge in KNOWLEDGE {
+            for trial in latency::trials_of(&base, &options, knowledge, index)? {
+                println!("{}", report::line(&trial));
+            }
+            if let Some(dir) = out {
+                let trace = latency::trace(&base, &options, knowledge, index, args.noise)?;
+                let name = format!("{}-{index}.csv", knowledge.name());
+                files::write(dir, &name, &trace)?;
+            }
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    let start = Instant::now();
+    let bar = progress_bar((KNOWLEDGE.len() * options.losses) as u64, "losses");
+    let trials = in_parallel(args.jobs, || latency::trials(&base, &options, &bar))??;
+    bar.finish_and_clear();
+    print!("{}", report::worst(&trials, 5));
+    print!("{}", report::latency(&trials));
+    print!("{}", report::slide(&trials));
+    let seconds = NOISE_UE.map(|noise| 3600.0 * alarms::hours(&options, noise));
+    let bar = progress_bar(seconds.iter().sum::<f64>() as u64, "seconds of motion");
+    let tallies = in_parallel(args.jobs, || {
+        alarms::tallies(&base, &options, &NOISE_UE, &bar)
+    })??;
+    bar.finish_and_clear();
+    print!("{}", report::alarms(&tallies));
+    println!("{:.1} s", start.elapsed().as_secs_f64());
+    Ok(ExitCode::SUCCESS)
+}

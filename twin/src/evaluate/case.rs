@@ -1,0 +1,256 @@
+//! One pick-and-carry with everything in it drawn at random: object, grip, arm, push, errors of
+//! fingers, gauges and air.
+
+use std::f64::consts::TAU;
+
+use clap::ValueEnum;
+use finger::capability::Object;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use softgrip::settings::Settings;
+use softgrip::table::FingerTable;
+use softgrip::units::Kilopascals;
+use softgrip::{Controller, FINGERS};
+
+use crate::arm::{Phase, Profile};
+use crate::plant::Disturbance;
+use crate::scenario::{ObjectKind, Scenario};
+use crate::setup::Setup;
+use crate::sim;
+
+/// How well the controller knows its fingers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Knowledge {
+    /// After a free-bend sweep: each finger's gain is known to 1 %.
+    Calibrated,
+    /// From the recipe alone: each finger's gain is up to 10 % off.
+    Uncalibrated,
+}
+
+/// Both.
+pub const KNOWLEDGE: [Knowledge; 2] = [Knowledge::Calibrated, Knowledge::Uncalibrated];
+
+impl Knowledge {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Calibrated => "calibrated",
+            Self::Uncalibrated => "uncalibrated",
+        }
+    }
+}
+
+/// A force on the object from outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Push {
+    /// Its final value in the palm's frame, N.
+    pub force_n: [f64; 3],
+    /// When it begins, s.
+    pub start_s: f64,
+    /// Time in which it rises from nothing, s; a step if zero.
+    pub rise_s: f64,
+}
+
+/// Everything about one run.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Its number in the sample.
+    pub index: u64,
+    /// How well the controller knows its fingers.
+    pub knowledge: Knowledge,
+    /// Object, arm, fingers and air.
+    pub setup: Setup,
+    /// A push, if the object is not left to its inertia.
+    pub push: Option<Push>,
+    /// Gain of each gauge over its nominal one.
+    pub gauge_gain: [f64; FINGERS],
+    /// What the controller takes as each finger's free-bend gain.
+    pub free_bend_gain: [f64; FINGERS],
+    /// Offset that the tare left, µε.
+    pub offset_ue: [f64; FINGERS],
+    /// Drift of each gauge, µε/s.
+    pub drift_ue_per_s: [f64; FINGERS],
+    /// Amplitude of the regulator's ripple, kPa.
+    pub ripple_kpa: f64,
+    /// Its frequency, Hz.
+    pub ripple_hz: f64,
+    /// Seed of all noise.
+    pub seed: u64,
+}
+
+/// What separates the numbers of different purposes, so that no two draw the same.
+const STREAMS: u64 = 1 << 32;
+
+/// A generator of its own for each run of each purpose.
+pub fn generator(seed: u64, stream: u64, index: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream * STREAMS + index);
+    rng
+}
+
+const CASES: u64 = 1;
+
+impl Case {
+    /// Run number `index` of the sample that `seed` and `knowledge` stand for.
+    pub fn draw(
+        base: &Setup,
+        table: &FingerTable,
+        seed: u64,
+        knowledge: Knowledge,
+        index: u64,
+    ) -> Self {
+        let mut rng = generator(seed, CASES + knowledge as u64, index);
+        let mut setup = base.clone();
+        let mut between = |low: f64, high: f64| rng.random_range(low..=high);
+
+        let object = match between(0.0, 1.0) < 0.5 {
+            true => ObjectKind::Sphere,
+            false => ObjectKind::Cylinder,
+        };
+        let pressure_kpa = between(100.0, 160.0);
+        let accel_m_s2 = between(2.0, 15.0);
+        let friction = between(0.6, 1.0);
+        setup.scenario = Scenario {
+            object,
+            mass_kg: 0.1,
+            accel_m_s2,
+            pressure_kpa,
+            friction,
+            noise_ue: 0.0,
+            seed: 0,
+        };
+        let gripped = setup.gripped_mut();
+        gripped.depth_m += 1e-3 * between(-3.0, 3.0);
+        let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) = &mut gripped.object;
+        *radius_m *= between(0.92, 1.0);
+
+        // What the fingers can hold, roughly: the nearer to it, the slower the object slides.
+        let kind = match object {
+            ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
+            ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
+        };
+        let (lift, _) = table.lift(kind, Kilopascals(pressure_kpa as f32));
+        let holds_n = f64::from(lift.0) * friction / 0.8;
+
+        let stiffness: [f64; FINGERS] = std::array::from_fn(|_| between(0.95, 1.05));
+        let gauge_gain = std::array::from_fn(|_| between(0.95, 1.05));
+        let free_bend_gain = std::array::from_fn(|i| match knowledge {
+            Knowledge::Calibrated => gauge_gain[i] / stiffness[i] * between(0.99, 1.01),
+            Knowledge::Uncalibrated => 1.0,
+        });
+        let hand = &mut setup.gripper.hand;
+        hand.finger_stiffness = stiffness;
+        hand.first_finger_deg = between(0.0, 120.0);
+        hand.sliding_friction = between(0.85, 1.0);
+        let gauge = &mut setup.gripper.gauge;
+        gauge.creep_percent = between(0.0, 3.0);
+        gauge.creep_time_s = between(5.0, 60.0);
+        let regulator = &mut setup.gripper.regulator;
+        regulator.lag_ms = between(50.0, 90.0);
+        regulator.gain = between(0.99, 1.01);
+        regulator.offset_kpa = between(-1.0, 1.0);
+        let arm = &mut setup.gripper.arm;
+        // The run begins where the fingers close: the way down costs time and shows nothing.
+        arm.approach_mm = 1.0;
+        arm.dwell_ms = 50.0;
+        arm.jerk_ramp_ms = between(10.0, 60.0);
+        arm.lift_mm = between(100.0, 200.0);
+        arm.carry_mm = between(200.0, 600.0);
+
+        let pushed = between(0.0, 1.0) < 0.5;
+        let push = if pushed {
+            // At rest after the lift, or in the middle of things.
+            let at_rest = between(0.0, 1.0) < 0.6;
+            if at_rest {
+                setup.gripper.arm.dwell_ms = 700.0;
+            }
+            // The arm itself must not lose it.
+            let accel_m_s2 = setup.scenario.accel_m_s2.min(10.0);
+            setup.scenario.accel_m_s2 = accel_m_s2;
+            setup.scenario.mass_kg = between(0.25, 0.7) * holds_n / (GRAVITY_M_S2 + accel_m_s2);
+            let spare_n = holds_n - setup.scenario.mass_kg * GRAVITY_M_S2;
+            let force_n = between(0.8, 3.0) * spare_n;
+            let direction = match (
+                between(0.0, 3.0) as u8,
+                between(0.0, TAU),
+                between(-1.0, 1.0),
+            ) {
+                (0, ..) => [0.0, 0.0, -1.0],
+                (1, angle, _) => [angle.cos(), angle.sin(), 0.0],
+                (_, angle, z) => {
+                    let r = (1.0 - z * z).sqrt();
+                    [r * angle.cos(), r * angle.sin(), z]
+                }
+            };
+            let profile = Profile::new(&setup.gripper.motion(accel_m_s2));
+            let (lift_s, carry_s) = (profile.start_s(Phase::Lift), profile.start_s(Phase::Carry));
+            let start_s = if at_rest {
+                carry_s - 0.65
+            } else {
+                between(lift_s + 0.05, profile.start_s(Phase::Place))
+            };
+            let rise_s = match between(0.0, 1.0) < 0.3 {
+                true => 0.0,
+                false => 1e-3 * between(5.0, 500.0),
+            };
+            Some(Push {
+                force_n: direction.map(|x| force_n * x),
+                start_s,
+                rise_s,
+            })
+        } else {
+            setup.scenario.mass_kg = between(0.6, 1.6) * holds_n / (GRAVITY_M_S2 + accel_m_s2);
+            None
+        };
+        Self {
+            index,
+            knowledge,
+            setup,
+            push,
+            gauge_gain,
+            free_bend_gain,
+            offset_ue: std::array::from_fn(|_| between(-50.0, 50.0)),
+            drift_ue_per_s: std::array::from_fn(|_| between(-30.0, 30.0)),
+            ripple_kpa: between(0.0, 1.0),
+            ripple_hz: between(2.0, 40.0),
+            seed: rng.random(),
+        }
+    }
+
+    /// What comes from outside at a time.
+    pub fn disturbance(&self, t_s: f64) -> Disturbance {
+        let push_n = self.push.map_or([0.0; 3], |push| {
+            let since_s = t_s - push.start_s;
+            let share = if since_s < 0.0 {
+                0.0
+            } else if since_s < push.rise_s {
+                since_s / push.rise_s
+            } else {
+                1.0
+            };
+            push.force_n.map(|force| share * force)
+        });
+        Disturbance {
+            push_n,
+            ripple_kpa: self.ripple_kpa * (TAU * self.ripple_hz * t_s).sin(),
+        }
+    }
+
+    /// Its controller.
+    pub fn controller(
+        &self,
+        table: &'static FingerTable,
+        settings: &Settings,
+    ) -> anyhow::Result<Controller> {
+        let settings = Settings {
+            free_bend_gain: self.free_bend_gain.map(|gain| gain as f32),
+            ..*settings
+        };
+        sim::controller(table, &settings)
+    }
+}
+
+/// Standard gravity, m/s².
+const GRAVITY_M_S2: f64 = 9.80665;

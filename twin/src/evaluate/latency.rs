@@ -1,0 +1,305 @@
+//! How soon a loss is reported: random losses on the twin, measured at each level of noise.
+
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use softgrip::TICK_US;
+use softgrip::settings::Settings;
+use softgrip::telemetry::Event;
+use softgrip::units::Instant;
+
+use super::case::{Case, KNOWLEDGE, Knowledge};
+use super::record::{Fate, Measure, Recording};
+use super::{NOISE_UE, Options, store};
+use crate::events;
+use crate::setup::Setup;
+
+/// Noise at which the physics is simulated in closed loop, µε.
+const RECORDED_AT_UE: f64 = 20.0;
+/// A loss that is not reported this long after its onset is missed, ms.
+const MISSED_MS: f64 = 500.0;
+/// A report while the object has moved less than this is not of the loss that may come later, mm.
+const UNMOVED_MM: f32 = 1.0;
+/// The object slides for good from the last moment when it had slid less than this, mm.
+const SLIDE_MM: f32 = 0.5;
+/// Cases drawn at a time.
+const BATCH: u64 = 64;
+
+/// What the controller made of one recording at one level of noise.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// The run.
+    pub case: Case,
+    /// What became of the object.
+    pub fate: Fate,
+    /// Noise of the gauges, µε rms.
+    pub noise_ue: f64,
+    /// When it recognised the grip, s.
+    pub holding_s: Option<f64>,
+    /// What it reported.
+    pub report: Report,
+    /// The loss, if the object was lost.
+    pub loss: Option<Loss>,
+}
+
+/// The controller's word on a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Report {
+    /// Nothing wrong.
+    Nothing,
+    /// The object is lost.
+    Lost {
+        /// When, s.
+        t_s: f64,
+        /// How far the object had moved, mm.
+        moved_mm: f32,
+    },
+    /// Something else that ended the hold.
+    Other {
+        /// When, s.
+        t_s: f64,
+        /// What.
+        event: Event,
+    },
+}
+
+/// One true loss. Times count from the start of the run, s.
+#[derive(Debug, Clone, Copy)]
+pub struct Loss {
+    /// The collapse: the true residual sum left 90 % of its plateau for good.
+    pub onset_s: f64,
+    /// When the object began to slide.
+    pub slide_s: f64,
+    /// How far it had moved against the palm at the onset, mm.
+    pub moved_onset_mm: f32,
+    /// How far when *lost* was reported, mm.
+    pub moved_flag_mm: Option<f32>,
+    /// First warning of a slip before that, and how far the object had moved by then, mm.
+    pub warning: Option<(f64, f32)>,
+}
+
+/// How a trial is to be counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Verdict {
+    /// Held, and nothing said.
+    Quiet,
+    /// Lost and reported, so many ms after the onset.
+    Reported(f64),
+    /// Lost and not reported in time.
+    Missed,
+    /// Reported lost while it was held.
+    FalseAlarm,
+    /// The grip was not recognised before the lift.
+    NotRecognised,
+    /// Something else was reported instead.
+    Other,
+    /// The object was moved out of place, but the fingers still press on it: neither is wrong.
+    Displaced,
+}
+
+impl Trial {
+    /// How it is counted.
+    pub fn verdict(&self) -> Verdict {
+        if self.holding_s.is_none() {
+            return Verdict::NotRecognised;
+        }
+        match (&self.loss, &self.report) {
+            (_, Report::Other { .. }) => Verdict::Other,
+            (_, Report::Lost { moved_mm, .. }) if *moved_mm < UNMOVED_MM => Verdict::FalseAlarm,
+            (None, _) if self.fate == Fate::Displaced => Verdict::Displaced,
+            (None, Report::Lost { .. }) => Verdict::FalseAlarm,
+            (None, Report::Nothing) => Verdict::Quiet,
+            (Some(_), Report::Nothing) => Verdict::Missed,
+            (Some(loss), Report::Lost { t_s, .. }) => match 1e3 * (t_s - loss.onset_s) {
+                ms if ms > MISSED_MS => Verdict::Missed,
+                ms => Verdict::Reported(ms),
+            },
+        }
+    }
+}
+
+/// Every trial of both classes of knowledge at every level of noise.
+pub fn trials(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result<Vec<Trial>> {
+    let mut all = Vec::new();
+    for knowledge in KNOWLEDGE {
+        let (mut losses, mut next) = (0, 0);
+        while losses < options.losses {
+            let batch: Vec<Vec<Trial>> = (next..next + BATCH)
+                .into_par_iter()
+                .map(|index| trials_of(base, options, knowledge, index))
+                .collect::<anyhow::Result<_>>()?;
+            next += BATCH;
+            for trials in batch {
+                // In the order of their numbers, so that the sample does not depend on the threads.
+                if losses < options.losses {
+                    let lost = trials.iter().any(|trial| trial.loss.is_some());
+                    losses += usize::from(lost);
+                    bar.inc(u64::from(lost));
+                    all.extend(trials);
+                }
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// One case at every level of noise.
+pub fn trials_of(
+    base: &Setup,
+    options: &Options,
+    knowledge: Knowledge,
+    index: u64,
+) -> anyhow::Result<Vec<Trial>> {
+    let table = base.table();
+    let case = Case::draw(base, table, options.seed, knowledge, index);
+    let settings = &options.settings;
+    let recording = recording(base, options, &case)?;
+    NOISE_UE
+        .iter()
+        .map(|&noise_ue| judge(&case, &recording, noise_ue, settings, base))
+        .collect()
+}
+
+/// The recording of a case, simulated or found.
+fn recording(base: &Setup, options: &Options, case: &Case) -> anyhow::Result<Recording> {
+    let simulate = || Recording::of(case, base.table(), &options.settings, RECORDED_AT_UE);
+    match &options.recordings {
+        Some(dir) => store::recording(dir, case, simulate),
+        None => simulate(),
+    }
+}
+
+/// A case tick by tick, as CSV: the truth, and what the controller sees at a level of noise.
+pub fn trace(
+    base: &Setup,
+    options: &Options,
+    knowledge: Knowledge,
+    index: u64,
+    noise_ue: f64,
+) -> anyhow::Result<Vec<u8>> {
+    let case = Case::draw(base, base.table(), options.seed, knowledge, index);
+    let recording = recording(base, options, &case)?;
+    let mut controller = case.controller(base.table(), &options.settings)?;
+    let mut measure = Measure::new(&case, noise_ue);
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record([
+        "t_s",
+        "true_residual_sum_ue",
+        "moved_mm",
+        "slid_mm",
+        "pressure_kpa",
+        "residual1_ue",
+        "residual2_ue",
+        "residual3_ue",
+        "level",
+        "state",
+        "events",
+    ])?;
+    for (n, truth) in recording.ticks.iter().enumerate() {
+        let tick = n + 1;
+        let frame = measure.frame(tick, truth);
+        let command = recording.command(tick, case.setup.scenario.pressure_kpa);
+        let now = Instant::from_micros(TICK_US * tick as u64);
+        let outputs = controller.step(now, &frame, command);
+        let seen = outputs.snapshot;
+        let state = format!("{:?}", seen.state);
+        let events: Vec<_> = outputs.events.iter().map(events::name).collect();
+        let mut record = vec![
+            format!("{:.3}", seconds(tick)),
+            format!("{:.1}", truth.residual_ue),
+            format!("{:.3}", truth.moved_mm),
+            format!("{:.3}", truth.slid_mm),
+            format!("{:.2}", truth.pressure_kpa),
+        ];
+        // A gauge that gave nothing leaves its field empty.
+        let residuals = seen.residual;
+        record.extend(residuals.map(|r| r.map_or(String::new(), |r| format!("{:.1}", r.0))));
+        record.push(seen.level.map_or(String::new(), |l| format!("{l:.4}")));
+        let name = state.split([' ', '(']).next();
+        record.push(name.unwrap_or_default().to_lowercase());
+        record.push(events.join(" "));
+        writer.write_record(&record)?;
+    }
+    Ok(writer.into_inner()?)
+}
+
+/// Runs the controller over a recording.
+pub fn judge(
+    case: &Case,
+    recording: &Recording,
+    noise_ue: f64,
+    settings: &Settings,
+    base: &Setup,
+) -> anyhow::Result<Trial> {
+    let mut controller = case.controller(base.table(), settings)?;
+    let mut measure = Measure::new(case, noise_ue);
+    let (mut holding, mut slip, mut ended) = (None, None, None);
+    for (n, truth) in recording.ticks.iter().enumerate() {
+        let tick = n + 1;
+        let frame = measure.frame(tick, truth);
+        let command = recording.command(tick, case.setup.scenario.pressure_kpa);
+        let now = Instant::from_micros(TICK_US * tick as u64);
+        let outputs = controller.step(now, &frame, command);
+        for event in outputs.events.iter() {
+            match event {
+                Event::Holding { .. } => {
+                    holding.get_or_insert(tick);
+                }
+                Event::Slip { .. } if tick >= recording.lift => {
+                    slip.get_or_insert(tick);
+                }
+                Event::Lost { .. } | Event::AirLoss | Event::Fault { .. } | Event::Empty => {
+                    ended.get_or_insert((tick, *event));
+                }
+                _ => {}
+            }
+        }
+        if ended.is_some() {
+            break;
+        }
+    }
+    let report = match ended {
+        None => Report::Nothing,
+        Some((tick, Event::Lost { .. })) => Report::Lost {
+            t_s: seconds(tick),
+            moved_mm: recording.at(tick).moved_mm,
+        },
+        Some((tick, event)) => Report::Other {
+            t_s: seconds(tick),
+            event,
+        },
+    };
+    let fate = recording.fate();
+    let loss = match fate {
+        Fate::Held | Fate::Displaced => None,
+        Fate::Lost { onset } => Some(Loss {
+            onset_s: seconds(onset),
+            slide_s: seconds(slide(recording)),
+            moved_onset_mm: recording.at(onset).moved_mm,
+            moved_flag_mm: match ended {
+                Some((tick, Event::Lost { .. })) => Some(recording.at(tick).moved_mm),
+                _ => None,
+            },
+            warning: slip.map(|tick| (seconds(tick), recording.at(tick).moved_mm)),
+        }),
+    };
+    Ok(Trial {
+        case: case.clone(),
+        fate,
+        noise_ue,
+        holding_s: holding.filter(|&tick| tick <= recording.lift).map(seconds),
+        report,
+        loss,
+    })
+}
+
+/// The first tick at which the object has slid.
+fn slide(recording: &Recording) -> usize {
+    let mut carried = recording.carried();
+    carried
+        .find(|&tick| recording.at(tick).slid_mm > SLIDE_MM)
+        .unwrap_or(recording.lift)
+}
+
+fn seconds(tick: usize) -> f64 {
+    tick as f64 * TICK_US as f64 * 1e-6
+}

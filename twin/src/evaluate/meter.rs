@@ -1,0 +1,57 @@
+//! The gauges, the monitor and the converter: strain and pressure → codes, cheaply.
+//!
+//! The noise of a tick's mean is drawn once for the tick and not for each of its scans; the mean of ten
+//! scans, each quantised, differs from that by less than a code.
+
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
+use softgrip::frontend::FrontEnd;
+use softgrip::units::{AdcCode, Kilopascals, Microstrain, Volts};
+use softgrip::{FINGERS, RawFrame};
+
+/// Scans per tick.
+const SCANS: u16 = 10;
+
+/// One gripper's measuring chain.
+#[derive(Debug, Clone)]
+pub struct Meter<R> {
+    rng: R,
+    supply: AdcCode,
+    monitor_noise_kpa: f32,
+}
+
+impl<R: Rng> Meter<R> {
+    /// A chain whose monitor has this noise, rms.
+    pub fn new(rng: R, monitor_noise_kpa: f64) -> Self {
+        let supply = FrontEnd::REFERENCE.supply_code(Volts(24.0));
+        Self {
+            rng,
+            supply: AdcCode(supply as u16),
+            monitor_noise_kpa: monitor_noise_kpa as f32,
+        }
+    }
+
+    /// One tick's frame; `noise_ue` is the rms of a gauge's reading.
+    pub fn frame(
+        &mut self,
+        strain_ue: [f32; FINGERS],
+        noise_ue: [f32; FINGERS],
+        pressure_kpa: f32,
+    ) -> RawFrame {
+        let front_end = FrontEnd::REFERENCE;
+        let mut normal = || -> f32 { self.rng.sample(StandardNormal) };
+        let gauges = std::array::from_fn(|i| {
+            let strain = strain_ue[i] + noise_ue[i] * normal();
+            AdcCode((front_end.gauge_code(Microstrain(strain)) + 0.5) as u16)
+        });
+        let pressure = pressure_kpa + self.monitor_noise_kpa * normal();
+        let monitor = front_end.monitor_code(Kilopascals(pressure));
+        RawFrame {
+            gauges,
+            monitor: AdcCode((monitor + 0.5) as u16),
+            supply: self.supply,
+            scans: SCANS,
+            overrun: false,
+        }
+    }
+}

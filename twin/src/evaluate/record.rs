@@ -1,0 +1,200 @@
+//! A run on the twin, kept so that it can be measured again with other noise and judged by other
+//! detectors.
+//!
+//! Gauge noise does not reach the physics before a loss is reported: the regulator listens to its own
+//! monitor, and the reaction to a loss is to hold. So the physics is simulated once, in closed loop,
+//! and its strains and pressures are measured again for each level of noise.
+
+use softgrip::settings::Settings;
+use softgrip::table::FingerTable;
+use softgrip::units::{DacCode, Instant, Kilopascals};
+use softgrip::{Command, FINGERS, Grip, RawFrame, TICK_US};
+
+use super::case::{Case, generator};
+use super::meter::Meter;
+use crate::arm::Phase;
+use crate::plant::Plant;
+use crate::sim;
+
+/// The object is gone once it has moved this far against the palm, mm.
+pub const GONE_MM: f32 = 20.0;
+/// What happens later than this after the object was gone is not of interest, s.
+const AFTERMATH_S: f64 = 0.7;
+
+/// One tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Tick {
+    /// What the gauges show without noise, drift and errors of gain, µε.
+    pub strain_ue: [f32; FINGERS],
+    /// Pressure, kPa.
+    pub pressure_kpa: f32,
+    /// True residual, summed over the fingers, µε.
+    pub residual_ue: f32,
+    /// How far the object has moved against the palm since it was lifted, mm.
+    pub moved_mm: f32,
+    /// How far the object has slid along the fingers since it was lifted, mm.
+    pub slid_mm: f32,
+}
+
+/// A run.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    /// Every tick; the first one is tick 1.
+    pub ticks: Vec<Tick>,
+    /// The tick at which the robot asks for a grip.
+    pub grip: usize,
+    /// The tick at which the lift begins.
+    pub lift: usize,
+    /// The tick at which the robot asks for a release, if the run got there.
+    pub release: Option<usize>,
+}
+
+/// What really happened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fate {
+    /// The object stayed where it was until it was let go.
+    Held,
+    /// It moved, but the fingers still press on it.
+    Displaced,
+    /// It was lost; the true residual sum left 90 % of its plateau for good at this tick.
+    Lost {
+        /// That tick.
+        onset: usize,
+    },
+}
+
+impl Recording {
+    /// Simulates a case, in closed loop at this noise.
+    pub fn of(
+        case: &Case,
+        table: &'static FingerTable,
+        settings: &Settings,
+        noise_ue: f64,
+    ) -> anyhow::Result<Self> {
+        let setup = &case.setup;
+        let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+        let mut controller = case.controller(table, settings)?;
+        let mut measure = Measure::new(case, noise_ue);
+        let profile = plant.profile().clone();
+        let tick_of = |phase| (profile.start_s(phase) * 1e6 / TICK_US as f64).ceil() as usize;
+        let (grip, lift) = (tick_of(Phase::Grip), tick_of(Phase::Lift));
+        let (release, end) = (tick_of(Phase::Release), tick_of(Phase::Release) + 200);
+        let mut recording = Self {
+            ticks: Vec::with_capacity(end),
+            grip,
+            lift,
+            release: None,
+        };
+        let mut dac = DacCode(0);
+        let mut origin_m = [0.0; 3];
+        let mut slid_mm = 0.0;
+        let mut stop = end;
+        for tick in 1.. {
+            plant.disturb(case.disturbance(tick as f64 * 1e-6 * TICK_US as f64));
+            let (_, truth) = plant.step(dac);
+            if tick <= lift {
+                origin_m = truth.object_m;
+            } else {
+                // m/s × 1 ms = mm.
+                let speeds = plant.sliding_m_s();
+                let touching = speeds.iter().flatten();
+                let (sum, count) = touching.fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
+                slid_mm += if count > 0.0 { sum / count } else { 0.0 };
+            }
+            let moved_m = (0..3)
+                .map(|i| (truth.object_m[i] - origin_m[i]).powi(2))
+                .sum::<f64>()
+                .sqrt();
+            recording.ticks.push(Tick {
+                strain_ue: truth.strain_ue.map(|ue| ue as f32),
+                pressure_kpa: truth.pressure_kpa as f32,
+                residual_ue: truth.residual_ue.iter().sum::<f64>() as f32,
+                moved_mm: 1e3 * moved_m as f32,
+                slid_mm: slid_mm as f32,
+            });
+            if tick == release {
+                recording.release = Some(release);
+            }
+            let frame = measure.frame(tick, &recording.ticks[tick - 1]);
+            let command = recording.command(tick, setup.scenario.pressure_kpa);
+            let now = Instant::from_micros(TICK_US * tick as u64);
+            dac = controller.step(now, &frame, command).dac;
+            if tick < release && 1e3 * moved_m as f32 > GONE_MM {
+                stop = stop.min(tick + (AFTERMATH_S * 1e6) as usize / TICK_US as usize);
+            }
+            if tick >= stop {
+                break;
+            }
+        }
+        Ok(recording)
+    }
+
+    /// What the robot asks for at a tick.
+    pub fn command(&self, tick: usize, pressure_kpa: f64) -> Command {
+        if tick == self.grip {
+            Command::Grip(Grip::Pressure(Kilopascals(pressure_kpa as f32)))
+        } else if Some(tick) == self.release {
+            Command::Release
+        } else {
+            Command::Continue
+        }
+    }
+
+    /// The ticks from the lift to the release or the end.
+    pub fn carried(&self) -> std::ops::Range<usize> {
+        self.lift..self.release.unwrap_or(self.ticks.len() + 1)
+    }
+
+    /// A tick by its number.
+    pub fn at(&self, tick: usize) -> &Tick {
+        &self.ticks[tick - 1]
+    }
+
+    /// What became of the object.
+    pub fn fate(&self) -> Fate {
+        let carried = self.carried();
+        let gone = carried.clone().any(|tick| self.at(tick).moved_mm > GONE_MM);
+        if !gone {
+            return Fate::Held;
+        }
+        let held = &self.ticks[carried.start - 1..carried.end - 1];
+        match sim::collapse_of(held.iter().map(|tick| f64::from(tick.residual_ue))) {
+            Some(n) => Fate::Lost {
+                onset: carried.start + n,
+            },
+            None => Fate::Displaced,
+        }
+    }
+}
+
+/// A case's gauges and converter at one level of noise.
+pub struct Measure<'a> {
+    case: &'a Case,
+    noise_ue: f32,
+    meter: Meter<rand_chacha::ChaCha8Rng>,
+}
+
+impl<'a> Measure<'a> {
+    /// The same noise for every level, but for its size.
+    pub fn new(case: &'a Case, noise_ue: f64) -> Self {
+        let rng = generator(case.seed, 0, 0);
+        let monitor_noise_kpa = case.setup.gripper.regulator.monitor_noise_kpa;
+        Self {
+            case,
+            noise_ue: noise_ue as f32,
+            meter: Meter::new(rng, monitor_noise_kpa),
+        }
+    }
+
+    /// What the converter delivers.
+    pub fn frame(&mut self, tick: usize, truth: &Tick) -> RawFrame {
+        let case = self.case;
+        let t_s = tick as f64 * 1e-6 * TICK_US as f64;
+        let strain = std::array::from_fn(|i| {
+            let off = case.offset_ue[i] + case.drift_ue_per_s[i] * t_s;
+            case.gauge_gain[i] as f32 * truth.strain_ue[i] + off as f32
+        });
+        self.meter
+            .frame(strain, [self.noise_ue; FINGERS], truth.pressure_kpa)
+    }
+}
