@@ -1,8 +1,7 @@
 //! Contact → verdict: held, slipping, lost, or short of air.
 //!
-//! The signal is `x`, the residual summed over the fingers without the emptiest one, over its value
-//! when the hold began. Arm motion moves load from finger to finger but hardly changes the sum, and a
-//! gauge that fails is one finger's affair, while an object that leaves empties at least two.
+//! The signal is `x`, the residual summed over the fingers, over its value when the hold began. Arm
+//! motion moves load from finger to finger but hardly changes the sum.
 //!
 //! A loss is quick, whatever came before it: a sphere that slides out raises `x` by up to 40 % until its
 //! widest section has passed the tips, and then lets it collapse. So `x` is compared with where it was
@@ -11,6 +10,7 @@
 //! Page 1954): of all detectors with the same rate of false alarms it has the least delay, and it needs no
 //! window to be chosen. Two more ways of being lost feed the same sum: a slow collapse, against the
 //! plateau; and an object that leaves sideways, which empties one finger while it presses on the others.
+//! A gauge that fades looks like an emptying finger, but the other fingers do not feel it.
 
 use crate::FINGERS;
 use crate::estimate::Contact;
@@ -117,11 +117,9 @@ struct Hold {
     plateau: [f32; FINGERS],
     /// Pressure of the fingers at that plateau.
     pressure: Kilopascals,
-    /// The sum over all fingers, smoothed.
+    /// `x`, smoothed.
     level: f32,
     rate: f32,
-    /// `x`, smoothed.
-    x_level: f32,
     /// Where that was just now.
     recent: f32,
     /// Smoothed share of the emptiest finger.
@@ -143,13 +141,14 @@ struct Slip {
     settled_ticks: u16,
 }
 
-/// `x` in one tick, and what it is made of.
+/// Residuals of one tick, as shares of their plateaus.
 #[derive(Debug, Clone, Copy)]
 struct Shares {
-    /// The sum over all fingers.
+    /// Of all fingers.
     sum: f32,
-    x: f32,
-    /// Standard deviation of its noise.
+    /// Of all but the emptiest.
+    others: f32,
+    /// Standard deviation of the noise of either.
     sigma: f32,
     /// Share of its plateau that the emptiest finger has left.
     emptiest: f32,
@@ -190,15 +189,13 @@ impl Hold {
         if fingers == 0 {
             return None;
         }
-        let all = sum / plateau;
-        if fingers > 1 {
-            sum -= emptiest.residual;
-            plateau -= emptiest.plateau;
-            variance -= emptiest.variance;
-        }
+        let others = match fingers {
+            1 => sum / plateau,
+            _ => (sum - emptiest.residual) / (plateau - emptiest.plateau),
+        };
         Some(Shares {
-            sum: all,
-            x: sum / plateau,
+            sum: sum / plateau,
+            others,
             sigma: root(variance) / plateau,
             emptiest: emptiest.share(),
         })
@@ -237,7 +234,6 @@ impl Hold {
         let scale = self.level;
         self.plateau = plateau;
         self.pressure = pressure;
-        self.x_level /= scale;
         self.recent /= scale;
         self.emptiest_level /= scale;
         self.passed = false;
@@ -331,7 +327,6 @@ impl Detector {
             pressure: air.lagged,
             level: 1.0,
             rate: 0.0,
-            x_level: 1.0,
             recent: 1.0,
             emptiest_level: 1.0,
             passed: false,
@@ -354,29 +349,29 @@ impl Detector {
         let Some(shares) = hold.shares(contact, noise_variance) else {
             return Verdict::Holding;
         };
-        let x = shares.x;
         let before = hold.level;
         hold.level += self.level_gain * (shares.sum - hold.level);
         hold.rate += self.level_gain * ((hold.level - before) * TICKS_PER_S - hold.rate);
-        hold.x_level += self.level_gain * (x - hold.x_level);
-        hold.recent = hold
-            .x_level
-            .max(hold.recent - HELD_FALL_PER_S / TICKS_PER_S);
-
-        let sag = (hold.pressure.0 - air.lagged.0).max(0.0) * SAG_PER_KPA;
         hold.emptiest_level += self.level_gain * (shares.emptiest - hold.emptiest_level);
-        hold.passed = hold.emptiest_level > PASSED || hold.passed && hold.x_level > 1.0;
+        hold.passed = hold.emptiest_level > PASSED || hold.passed && hold.level > 1.0;
+        hold.recent = hold.level.max(hold.recent - HELD_FALL_PER_S / TICKS_PER_S);
         let from = match hold.passed {
             true => hold.recent,
             false => hold.recent.min(1.0),
         };
-        let collapse = from - x - active.loss_allowance;
-        let collapse = collapse.max(1.0 - x - SLOW_ALLOWANCE);
+
+        let sag = (hold.pressure.0 - air.lagged.0).max(0.0) * SAG_PER_KPA;
+        let slow = 1.0 - shares.others - SLOW_ALLOWANCE;
+        let quick = from - shares.sum - active.loss_allowance;
         let one_sided = 1.0 - shares.emptiest - FINGER_ALLOWANCE;
-        let (fall, cause) = if (x - 1.0).abs() > CALM && one_sided > collapse {
+        // What the other fingers do not feel is a gauge that fades.
+        let felt = (shares.others - 1.0).abs() > CALM;
+        let (fall, cause) = if felt && one_sided > quick.max(slow) {
             (one_sided, LossCause::OneSided)
+        } else if felt {
+            (quick.max(slow), LossCause::Collapse)
         } else {
-            (collapse, LossCause::Collapse)
+            (slow, LossCause::Collapse)
         };
         if hold.evidence == 0.0 {
             hold.onset = now;
