@@ -81,7 +81,7 @@ const SETTLING_US: u64 = 400_000;
 const LEVEL_MS: f32 = 8.0;
 /// Fastest fall of the reference per second. Held objects on the simulated arm fall by 3.2/s for 30 ms in an
 /// emergency stop at 20 m/s² and by 4.5/s for 10 ms after a knock of 100 m/s²; lost ones by 16 to 25/s.
-const HELD_FALL_PER_S: f32 = 2.5;
+const HELD_FALL_PER_S: f32 = 5.0;
 /// A rise of every finger that has got this far ends in a loss: the widest section of a sphere passes the
 /// tips at 1.2 to 1.48. Slips that an arm's turn caught again raised the sum to 1.2 and the least of the
 /// fingers to 1.06; the way back from there is no loss.
@@ -90,6 +90,12 @@ const PASSED: f32 = 1.2;
 const SLOW_ALLOWANCE: f32 = 0.12;
 /// Fall of one finger that counts for nothing. Pushes that an object withstands take up to half of it.
 const FINGER_ALLOWANCE: f32 = 0.55;
+/// The least of three noisy numbers lies 0.85 standard deviations below them (order statistics of the normal
+/// distribution), and looking ahead doubles that.
+const FINGER_SIGMAS: f32 = 2.0;
+/// Averaging of what a finger has carried lately. An object that has been turned in the grip and is held
+/// again is a new start for each finger.
+const LATELY_MS: f32 = 1_000.0;
 /// An object that turns in the grip lets the other fingers pass through their plateau on the way.
 const FELT_TICKS: u16 = 50;
 /// A finger that carries less than this share of the strongest one's residual is not part of the grip.
@@ -114,19 +120,22 @@ const TICKS_PER_S: f32 = 1e6 / crate::TICK_US as f32;
 #[derive(Debug, Clone, Copy)]
 struct Hold {
     since: Instant,
-    /// Residual of each finger that counts as one.
+    /// Residual of each finger when the hold began.
     plateau: [f32; FINGERS],
+    /// Residual of each finger lately.
+    lately: [f32; FINGERS],
     /// Pressure of the fingers at that plateau.
     pressure: Kilopascals,
     /// `x`, smoothed.
     level: f32,
     rate: f32,
-    /// Where that was just now.
+    /// Where that was just now, but not above one.
     recent: f32,
-    /// Smoothed share of the emptiest finger.
-    emptiest_level: f32,
-    /// It has been so high that there is no way back.
+    /// Every finger has risen so far, smoothed, that there is no way back.
+    least: f32,
     passed: bool,
+    /// Share that the emptiest finger has left of what it had lately, smoothed.
+    emptiest: f32,
     /// How much longer the other fingers are taken to feel what the emptiest does.
     felt_ticks: u16,
     evidence: f32,
@@ -146,64 +155,88 @@ struct Slip {
     settled_ticks: u16,
 }
 
-/// Residuals of one tick, as shares of their plateaus.
+/// Residuals of one tick, as shares of a reference.
 #[derive(Debug, Clone, Copy)]
 struct Shares {
     /// Of all fingers.
     sum: f32,
     /// Of all but the emptiest.
     others: f32,
-    /// Standard deviation of the noise of either.
-    sigma: f32,
-    /// Share of its plateau that the emptiest finger has left.
+    /// Of the emptiest.
     emptiest: f32,
+    /// Standard deviations of the noise of sum and emptiest.
+    sigma: f32,
+    emptiest_sigma: f32,
 }
 
-impl Hold {
+impl Shares {
     /// None without a usable gauge that carries any of the grip; the supervisor knows how many are left.
-    fn shares(&self, contact: &Contact, noise_variance: &[f32; FINGERS]) -> Option<Shares> {
-        let strongest = self.plateau.iter().copied().fold(0.0, f32::max);
-        let (mut sum, mut plateau, mut variance) = (0.0, 0.0, 0.0);
-        let mut fingers = 0;
-        let mut emptiest = Finger::NONE;
-        for ((residual, &held), &noise) in contact
-            .residual
-            .iter()
-            .zip(&self.plateau)
-            .zip(noise_variance)
+    fn of(
+        reference: &[f32; FINGERS],
+        contact: &Contact,
+        noise_variance: &[f32; FINGERS],
+    ) -> Option<Self> {
+        let strongest = reference.iter().copied().fold(0.0, f32::max);
+        let mut all = Finger::EMPTY;
+        let mut emptiest: Option<Finger> = None;
+        for ((residual, &reference), &variance) in
+            contact.residual.iter().zip(reference).zip(noise_variance)
         {
             let Some(residual) = *residual else {
                 continue;
             };
-            if held <= CARRYING * strongest {
+            if reference <= CARRYING * strongest {
                 continue;
             }
             let finger = Finger {
                 residual: residual.0,
-                plateau: held,
-                variance: noise,
+                reference,
+                variance,
             };
-            fingers += 1;
-            sum += finger.residual;
-            plateau += finger.plateau;
-            variance += finger.variance;
-            if finger.share() < emptiest.share() {
-                emptiest = finger;
+            all.residual += finger.residual;
+            all.reference += finger.reference;
+            all.variance += finger.variance;
+            if emptiest.is_none_or(|emptiest| finger.share() < emptiest.share()) {
+                emptiest = Some(finger);
             }
         }
-        if fingers == 0 {
-            return None;
-        }
-        let others = match fingers {
-            1 => sum / plateau,
-            _ => (sum - emptiest.residual) / (plateau - emptiest.plateau),
-        };
-        Some(Shares {
-            sum: sum / plateau,
-            others,
-            sigma: root(variance) / plateau,
+        let emptiest = emptiest?;
+        let left = all.reference - emptiest.reference;
+        Some(Self {
+            sum: all.share(),
+            others: match left > 0.0 {
+                true => (all.residual - emptiest.residual) / left,
+                // It is the only one.
+                false => all.share(),
+            },
             emptiest: emptiest.share(),
+            sigma: all.sigma(),
+            emptiest_sigma: emptiest.sigma(),
         })
+    }
+}
+
+/// One finger's part, or that of several.
+#[derive(Debug, Clone, Copy)]
+struct Finger {
+    residual: f32,
+    reference: f32,
+    variance: f32,
+}
+
+impl Finger {
+    const EMPTY: Self = Self {
+        residual: 0.0,
+        reference: 0.0,
+        variance: 0.0,
+    };
+
+    fn share(&self) -> f32 {
+        self.residual / self.reference
+    }
+
+    fn sigma(&self) -> f32 {
+        root(self.variance) / self.reference
     }
 }
 
@@ -240,26 +273,6 @@ impl Hold {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Finger {
-    residual: f32,
-    plateau: f32,
-    variance: f32,
-}
-
-impl Finger {
-    /// Fuller than any.
-    const NONE: Self = Self {
-        residual: f32::MAX,
-        plateau: 1.0,
-        variance: 0.0,
-    };
-
-    fn share(&self) -> f32 {
-        self.residual / self.plateau
-    }
-}
-
 /// The detector's memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Detector {
@@ -268,6 +281,7 @@ pub struct Detector {
     air_ticks: u16,
     plateau_gain: f32,
     reference_gain: f32,
+    lately_gain: f32,
     level_gain: f32,
     /// Noise of the level over that of `x`.
     level_sigma: f32,
@@ -283,6 +297,7 @@ impl Detector {
             air_ticks: 0,
             plateau_gain: lag_gain(PLATEAU_MS),
             reference_gain: lag_gain(REFERENCE_MS),
+            lately_gain: lag_gain(LATELY_MS),
             level_gain,
             level_sigma: root(level_gain / (2.0 - level_gain)),
         }
@@ -320,12 +335,14 @@ impl Detector {
         let hold = self.hold.get_or_insert(Hold {
             since: now,
             plateau: self.plateau,
+            lately: self.plateau,
             pressure: air.lagged,
             level: 1.0,
             rate: 0.0,
             recent: 1.0,
-            emptiest_level: 1.0,
+            least: 1.0,
             passed: false,
+            emptiest: 1.0,
             felt_ticks: 0,
             evidence: 0.0,
             onset: now,
@@ -344,29 +361,39 @@ impl Detector {
                 *held = held.max(plateau);
             }
         }
-        let Some(shares) = hold.shares(contact, noise_variance) else {
+        let (Some(shares), Some(lately)) = (
+            Shares::of(&hold.plateau, contact, noise_variance),
+            Shares::of(&hold.lately, contact, noise_variance),
+        ) else {
             return Verdict::Holding;
         };
+        for (lately, residual) in hold.lately.iter_mut().zip(contact.residual) {
+            if let Some(residual) = residual {
+                *lately += self.lately_gain * (residual.0 - *lately);
+            }
+        }
+
         let before = hold.level;
         hold.level += self.level_gain * (shares.sum - hold.level);
         hold.rate += self.level_gain * ((hold.level - before) * TICKS_PER_S - hold.rate);
-        hold.emptiest_level += self.level_gain * (shares.emptiest - hold.emptiest_level);
-        hold.passed = hold.emptiest_level > PASSED || hold.passed && hold.level > 1.0;
-        hold.recent = hold.level.max(hold.recent - HELD_FALL_PER_S / TICKS_PER_S);
-        let from = match hold.passed {
-            true => hold.recent,
-            false => hold.recent.min(1.0),
+        hold.least += self.level_gain * (shares.emptiest - hold.least);
+        hold.passed = hold.least > PASSED || hold.passed && hold.level > 1.0;
+        let reached = match hold.passed {
+            true => hold.level,
+            false => hold.level.min(1.0),
         };
+        hold.recent = reached.max(hold.recent - HELD_FALL_PER_S / TICKS_PER_S);
+        hold.emptiest += self.level_gain * (lately.emptiest - hold.emptiest);
 
         let sag = (hold.pressure.0 - air.lagged.0).max(0.0) * SAG_PER_KPA;
         let slow = 1.0 - shares.others - SLOW_ALLOWANCE;
-        let quick = from - shares.sum - active.loss_allowance;
+        let quick = hold.recent - shares.sum - active.loss_allowance;
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
-        let ahead = 2.0 * shares.emptiest - hold.emptiest_level;
-        let one_sided = 1.0 - ahead - FINGER_ALLOWANCE;
+        let ahead = 2.0 * lately.emptiest - hold.emptiest;
+        let one_sided = 1.0 - ahead - FINGER_ALLOWANCE - FINGER_SIGMAS * lately.emptiest_sigma;
         // What the other fingers do not feel is a gauge that fades.
-        hold.felt_ticks = match (shares.others - 1.0).abs() > CALM {
+        hold.felt_ticks = match (lately.others - 1.0).abs() > CALM {
             true => FELT_TICKS,
             false => hold.felt_ticks.saturating_sub(1),
         };
