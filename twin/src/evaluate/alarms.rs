@@ -25,7 +25,7 @@ const STREAM: u64 = 16;
 /// Grips that are identified: each kind of object, at these pressures, …
 const PRESSURES_KPA: [f64; 4] = [100.0, 120.0, 140.0, 160.0];
 /// … as heavy as these shares of what the grip lifts at 10 m/s².
-const LOADS: [f64; 2] = [0.3, 0.6];
+const LOADS: [f64; 2] = [0.25, 0.5];
 /// Longest stretch of one random stream, h.
 const BLOCK_H: f64 = 0.5;
 
