@@ -1,6 +1,7 @@
 //! What the controller is worth: how soon it reports a loss, and how often it cries wolf.
 
 pub mod alarms;
+pub mod baselines;
 pub mod case;
 pub mod hand;
 pub mod latency;
@@ -8,16 +9,25 @@ pub mod meter;
 pub mod record;
 pub mod report;
 pub mod response;
+pub mod roc;
 pub mod routine;
 pub mod statistics;
 mod store;
 
 use std::path::PathBuf;
 
+use indicatif::ProgressBar;
 use softgrip::settings::Settings;
+
+use case::KNOWLEDGE;
+
+use crate::setup::Setup;
 
 /// Noise of the gauges, µε rms.
 pub const NOISE_UE: [f64; 3] = [20.0, 100.0, 400.0];
+
+/// Share of the hours at the highest level of noise, which nobody should have.
+const FEWER_HOURS: f64 = 0.1;
 
 /// What is to be evaluated.
 #[derive(Debug, Clone)]
@@ -32,4 +42,47 @@ pub struct Options {
     pub recordings: Option<PathBuf>,
     /// The controller's settings, but for each case's calibration.
     pub settings: Settings,
+}
+
+/// Everything that is measured.
+pub struct Evaluation {
+    /// The losses.
+    pub sample: latency::Sample,
+    /// The false alarms, at each level of noise.
+    pub tallies: Vec<alarms::Tally>,
+    /// Latency against false alarms: the controller first, then the rules of others.
+    pub curves: Vec<roc::Curve>,
+}
+
+/// Measures everything, in parallel; the result does not depend on how many threads there are.
+pub fn run(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result<Evaluation> {
+    let hours = |noise_ue| options.hours * if noise_ue > 100.0 { FEWER_HOURS } else { 1.0 };
+    let swept_h = roc::SWEEP_SHARE * options.hours;
+    let sum_h = NOISE_UE.into_iter().map(hours).sum::<f64>() + roc::EVIDENCE.len() as f64 * swept_h;
+    bar.set_length(KNOWLEDGE.len() as u64 * options.losses as u64 + (3600.0 * sum_h) as u64);
+    let sample = latency::sample(base, options, bar)?;
+    let responses = alarms::responses(base)?;
+    let tallies = NOISE_UE
+        .into_iter()
+        .map(|noise_ue| alarms::tally(base, options, &responses, noise_ue, hours(noise_ue), bar))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let swept = roc::EVIDENCE
+        .into_iter()
+        .map(|factor| {
+            let options = Options {
+                settings: roc::with_evidence(&options.settings, factor),
+                ..options.clone()
+            };
+            alarms::tally(base, &options, &responses, roc::NOISE_UE, swept_h, bar)
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let compared = tallies.iter().find(|tally| tally.noise_ue == roc::NOISE_UE);
+    let curves = compared.map_or(Vec::new(), |tally| {
+        roc::curves(&sample.races, tally, &swept)
+    });
+    Ok(Evaluation {
+        sample,
+        tallies,
+        curves,
+    })
 }

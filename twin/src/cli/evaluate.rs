@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use softgrip::settings::Settings;
 use twin::evaluate::case::KNOWLEDGE;
-use twin::evaluate::{NOISE_UE, Options, alarms, latency, report};
+use twin::evaluate::{self, Options, latency, report};
 use twin::files;
 use twin::setup::Setup;
 
@@ -71,19 +71,15 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let start = Instant::now();
-    let bar = progress_bar((KNOWLEDGE.len() * options.losses) as u64, "losses");
-    let trials = in_parallel(args.jobs, || latency::trials(&base, &options, &bar))??;
+    let bar = progress_bar(0, "losses and seconds");
+    let evaluation = in_parallel(args.jobs, || evaluate::run(&base, &options, &bar))??;
     bar.finish_and_clear();
-    print!("{}", report::worst(&trials, 5));
-    print!("{}", report::latency(&trials));
-    print!("{}", report::slide(&trials));
-    let seconds = NOISE_UE.map(|noise| 3600.0 * alarms::hours(&options, noise));
-    let bar = progress_bar(seconds.iter().sum::<f64>() as u64, "seconds of motion");
-    let tallies = in_parallel(args.jobs, || {
-        alarms::tallies(&base, &options, &NOISE_UE, &bar)
-    })??;
-    bar.finish_and_clear();
-    print!("{}", report::alarms(&tallies));
+    let trials = &evaluation.sample.trials;
+    print!("{}", report::worst(trials, 5));
+    print!("{}", report::latency(trials));
+    print!("{}", report::slide(trials));
+    print!("{}", report::alarms(&evaluation.tallies));
+    print!("{}", report::curves(&evaluation.curves));
     println!("{:.1} s", start.elapsed().as_secs_f64());
     Ok(ExitCode::SUCCESS)
 }

@@ -9,11 +9,12 @@ use softgrip::telemetry::Event;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
 
-use super::Options;
+use super::baselines::{Baselines, RULES};
 use super::case::generator;
 use super::hand::{Gauge, Hand};
 use super::response::Response;
 use super::routine::{Activity, Motion, motion};
+use super::{Options, roc};
 use crate::gripper::Gripper;
 use crate::scenario::ObjectKind;
 use crate::setup::Setup;
@@ -25,7 +26,9 @@ const STREAM: u64 = 16;
 /// Grips that are identified: each kind of object, at these pressures, …
 const PRESSURES_KPA: [f64; 4] = [100.0, 120.0, 140.0, 160.0];
 /// … as heavy as these shares of what the grip lifts at 10 m/s².
-const LOADS: [f64; 2] = [0.3, 0.6];
+const LOADS: [f64; 2] = [0.25, 0.5];
+/// The score of a rule that is not armed.
+const NO_SCORE: [f32; RULES] = [f32::MIN; RULES];
 /// Longest stretch of one random stream, h.
 const BLOCK_H: f64 = 0.5;
 
@@ -100,11 +103,8 @@ pub struct Tally {
     pub counts: [Count; Activity::ALL.len()],
     /// The false reports of *lost* and the faults.
     pub alarms: Vec<Alarm>,
-}
-
-/// Hours at each level of noise: at the highest, which nobody should have, a tenth.
-pub fn hours(options: &Options, noise_ue: f64) -> f64 {
-    options.hours * if noise_ue > 100.0 { 0.1 } else { 1.0 }
+    /// The greatest score of every baseline in each hold, at the noise of the comparison.
+    pub scores: Vec<[f32; RULES]>,
 }
 
 /// The grips of the generator.
@@ -130,36 +130,32 @@ pub fn responses(base: &Setup) -> anyhow::Result<Vec<Response>> {
     setups.par_iter().map(Response::of).collect()
 }
 
-/// Counts false reports at each level of noise.
-pub fn tallies(
+/// Counts false reports in so many hours at a level of noise.
+pub fn tally(
     base: &Setup,
     options: &Options,
-    noises: &[f64],
+    responses: &[Response],
+    noise_ue: f64,
+    hours: f64,
     bar: &ProgressBar,
-) -> anyhow::Result<Vec<Tally>> {
-    let responses = responses(base)?;
-    noises
-        .iter()
-        .map(|&noise_ue| {
-            let blocks = blocks(hours(options, noise_ue), noise_ue);
-            let counted: Vec<Tally> = blocks
-                .par_iter()
-                .map(|block| {
-                    let tally = Life::new(base, options, &responses, block)?.live(block);
-                    bar.inc((block.ticks as f64 * TICK_S) as u64);
-                    Ok(tally)
-                })
-                .collect::<anyhow::Result<_>>()?;
-            let mut sum = Tally::none(noise_ue);
-            for tally in counted {
-                for (sum, count) in sum.counts.iter_mut().zip(tally.counts) {
-                    *sum += count;
-                }
-                sum.alarms.extend(tally.alarms);
-            }
-            Ok(sum)
+) -> anyhow::Result<Tally> {
+    let counted: Vec<Tally> = blocks(hours, noise_ue)
+        .par_iter()
+        .map(|block| {
+            let tally = Life::new(base, options, responses, block)?.live(block);
+            bar.inc((block.ticks as f64 * TICK_S) as u64);
+            Ok(tally)
         })
-        .collect()
+        .collect::<anyhow::Result<_>>()?;
+    let mut sum = Tally::none(noise_ue);
+    for tally in counted {
+        for (sum, count) in sum.counts.iter_mut().zip(tally.counts) {
+            *sum += count;
+        }
+        sum.alarms.extend(tally.alarms);
+        sum.scores.extend(tally.scores);
+    }
+    Ok(sum)
 }
 
 /// Eight tenths of the hours in shifts, one in long holds, one with a bad gauge.
@@ -190,6 +186,7 @@ impl Tally {
             noise_ue,
             counts: [Count::default(); Activity::ALL.len()],
             alarms: Vec::new(),
+            scores: Vec::new(),
         }
     }
 
@@ -228,6 +225,9 @@ struct Life<'a> {
     /// Amplitude, kPa, and phase per tick of the regulator's ripple.
     ripple: (f64, f64),
     bad: Option<Bad>,
+    /// Only where they are compared with the controller.
+    baselines: Option<Baselines>,
+    greatest: [f32; RULES],
     tally: Tally,
     block: u64,
 }
@@ -290,6 +290,8 @@ impl<'a> Life<'a> {
             dac: DacCode(0),
             ripple: (0.0, 0.0),
             bad: None,
+            baselines: (block.noise_ue == roc::NOISE_UE).then(Baselines::default),
+            greatest: NO_SCORE,
             tally: Tally::none(block.noise_ue),
             block: block.index,
         })
@@ -369,6 +371,10 @@ impl<'a> Life<'a> {
         self.run(Activity::Release, 0.9, Motion::Rest, Command::Release);
         self.hand.place(None);
         self.ripple = (0.0, 0.0);
+        let greatest = std::mem::replace(&mut self.greatest, NO_SCORE);
+        if greatest != NO_SCORE {
+            self.tally.scores.push(greatest);
+        }
     }
 
     fn empty_close(&mut self) {
@@ -457,6 +463,13 @@ impl<'a> Life<'a> {
             let now = Instant::from_micros(TICK_US * self.tick);
             let outputs = self.controller.step(now, &frame, command);
             self.dac = outputs.dac;
+            if let Some(baselines) = &mut self.baselines {
+                let seen = outputs.snapshot;
+                let scores = baselines.step(&seen.residual, seen.state.is_holding());
+                for (greatest, score) in self.greatest.iter_mut().zip(scores.unwrap_or(NO_SCORE)) {
+                    *greatest = greatest.max(score);
+                }
+            }
             command = Command::Continue;
             for event in outputs.events.iter() {
                 let count = &mut self.tally.counts[place];
@@ -464,7 +477,7 @@ impl<'a> Life<'a> {
                     Event::Lost { .. } => count.lost += 1,
                     Event::Slip { .. } => count.slips += 1,
                     // A gauge that goes bad is to be reported.
-                    Event::Fault { .. } if self.bad.is_some() => {}
+                    Event::Fault { .. } if self.bad.is_some() => continue,
                     Event::Fault { .. } | Event::AirLoss => count.faults += 1,
                     _ => continue,
                 }

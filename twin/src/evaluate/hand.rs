@@ -7,7 +7,7 @@ use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
 
 use super::meter::Meter;
-use super::response::{Filter, Response, Slider, answer};
+use super::response::{Held, Response};
 use crate::gripper::Gripper;
 use crate::plant::{Lag, Swing};
 
@@ -37,9 +37,8 @@ pub struct Hand<R> {
     inflation: Lag,
     bending: Swing,
     creep: [Lag; FINGERS],
-    /// What is between the fingers, with its answers along, across in x and across in y, and how it
-    /// gives way.
-    held: Option<(Response, [Filter; 3], Slider)>,
+    /// What is between the fingers.
+    held: Option<(Response, Held)>,
     /// The gauges.
     pub gauges: [Gauge; FINGERS],
 }
@@ -68,10 +67,7 @@ impl<R: Rng> Hand<R> {
 
     /// Puts an object between the open fingers, or takes it away.
     pub fn place(&mut self, object: Option<&Response>) {
-        self.held = object.map(|response| {
-            let filters = [response.along, response.across, response.across].map(Filter::new);
-            (response.clone(), filters, Slider::new(response.slide))
-        });
+        self.held = object.map(|response| (response.clone(), Held::new(response)));
     }
 
     /// One tick under this acceleration of the palm.
@@ -91,18 +87,14 @@ impl<R: Rng> Hand<R> {
         let mut free = free_at(self.bending.step(inflated_kpa));
 
         let mut residual = [0.0; FINGERS];
-        if let Some((response, filters, slider)) = &mut self.held {
+        if let Some((response, held)) = &mut self.held {
             let plateau = response.residual_at(inflated_kpa);
             // A free finger swings; one that presses on something does not.
             let pressing = plateau / (plateau + TOUCH_UE);
             free += pressing * (free_at(inflated_kpa) - free);
             let share = plateau / response.residual_at(response.pressure_kpa);
-            let linear = answer(filters, acceleration_m_s2);
-            let [x, y, _] = acceleration_m_s2;
-            let shifted = slider.step([x, y]);
-            for (i, residual) in residual.iter_mut().enumerate() {
-                *residual = plateau + share * (linear[i] + shifted[i]);
-            }
+            let change = held.step(acceleration_m_s2);
+            residual = change.map(|change| plateau + share * change);
         }
         let creep = 0.01 * self.gripper.gauge.creep_percent;
         let gauges = self.gauges;

@@ -9,6 +9,7 @@ use softgrip::units::Instant;
 
 use super::case::{Case, KNOWLEDGE, Knowledge};
 use super::record::{Fate, Measure, Recording};
+use super::roc::Race;
 use super::{NOISE_UE, Options, store};
 use crate::events;
 use crate::setup::Setup;
@@ -16,9 +17,9 @@ use crate::setup::Setup;
 /// Noise at which the physics is simulated in closed loop, µε.
 const RECORDED_AT_UE: f64 = 20.0;
 /// A loss that is not reported this long after its onset is missed, ms.
-const MISSED_MS: f64 = 500.0;
+pub const MISSED_MS: f64 = 500.0;
 /// A report while the object has moved less than this is not of the loss that may come later, mm.
-const UNMOVED_MM: f32 = 1.0;
+pub const UNMOVED_MM: f32 = 1.0;
 /// The object slides for good from the last moment when it had slid less than this, mm.
 const SLIDE_MM: f32 = 0.5;
 /// Cases drawn at a time.
@@ -117,24 +118,38 @@ impl Trial {
     }
 }
 
-/// Every trial of both classes of knowledge at every level of noise.
-pub fn trials(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result<Vec<Trial>> {
-    let mut all = Vec::new();
+/// Everything measured on the sample.
+#[derive(Debug, Clone, Default)]
+pub struct Sample {
+    /// Every trial of both classes of knowledge at every level of noise.
+    pub trials: Vec<Trial>,
+    /// The losses as the controller at other settings, and the rules of others, saw them.
+    pub races: Vec<Race>,
+}
+
+/// Draws until the losses are found.
+pub fn sample(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result<Sample> {
+    let mut all = Sample::default();
     for knowledge in KNOWLEDGE {
         let (mut losses, mut next) = (0, 0);
         while losses < options.losses {
-            let batch: Vec<Vec<Trial>> = (next..next + BATCH)
+            let batch: Vec<_> = (next..next + BATCH)
                 .into_par_iter()
-                .map(|index| trials_of(base, options, knowledge, index))
+                .map(|index| {
+                    let (case, recording) = prepare(base, options, knowledge, index)?;
+                    let trials = judge_all(&case, &recording, options, base)?;
+                    let race = Race::run(&case, &recording, &options.settings, base)?;
+                    Ok((trials, race))
+                })
                 .collect::<anyhow::Result<_>>()?;
             next += BATCH;
-            for trials in batch {
-                // In the order of their numbers, so that the sample does not depend on the threads.
+            // In the order of their numbers, so that the sample does not depend on the threads.
+            for (trials, race) in batch {
                 if losses < options.losses {
-                    let lost = trials.iter().any(|trial| trial.loss.is_some());
-                    losses += usize::from(lost);
-                    bar.inc(u64::from(lost));
-                    all.extend(trials);
+                    losses += usize::from(race.is_some());
+                    bar.inc(u64::from(race.is_some()));
+                    all.trials.extend(trials);
+                    all.races.extend(race);
                 }
             }
         }
@@ -149,23 +164,36 @@ pub fn trials_of(
     knowledge: Knowledge,
     index: u64,
 ) -> anyhow::Result<Vec<Trial>> {
-    let table = base.table();
-    let case = Case::draw(base, table, options.seed, knowledge, index);
-    let settings = &options.settings;
-    let recording = recording(base, options, &case)?;
+    let (case, recording) = prepare(base, options, knowledge, index)?;
+    judge_all(&case, &recording, options, base)
+}
+
+fn judge_all(
+    case: &Case,
+    recording: &Recording,
+    options: &Options,
+    base: &Setup,
+) -> anyhow::Result<Vec<Trial>> {
     NOISE_UE
         .iter()
-        .map(|&noise_ue| judge(&case, &recording, noise_ue, settings, base))
+        .map(|&noise_ue| judge(case, recording, noise_ue, &options.settings, base))
         .collect()
 }
 
-/// The recording of a case, simulated or found.
-fn recording(base: &Setup, options: &Options, case: &Case) -> anyhow::Result<Recording> {
-    let simulate = || Recording::of(case, base.table(), &options.settings, RECORDED_AT_UE);
-    match &options.recordings {
-        Some(dir) => store::recording(dir, case, simulate),
-        None => simulate(),
-    }
+/// A case and its recording, simulated or found.
+fn prepare(
+    base: &Setup,
+    options: &Options,
+    knowledge: Knowledge,
+    index: u64,
+) -> anyhow::Result<(Case, Recording)> {
+    let case = Case::draw(base, base.table(), options.seed, knowledge, index);
+    let simulate = || Recording::of(&case, base.table(), &options.settings, RECORDED_AT_UE);
+    let recording = match &options.recordings {
+        Some(dir) => store::recording(dir, &case, simulate)?,
+        None => simulate()?,
+    };
+    Ok((case, recording))
 }
 
 /// A case tick by tick, as CSV: the truth, and what the controller sees at a level of noise.
@@ -176,8 +204,7 @@ pub fn trace(
     index: u64,
     noise_ue: f64,
 ) -> anyhow::Result<Vec<u8>> {
-    let case = Case::draw(base, base.table(), options.seed, knowledge, index);
-    let recording = recording(base, options, &case)?;
+    let (case, recording) = prepare(base, options, knowledge, index)?;
     let mut controller = case.controller(base.table(), &options.settings)?;
     let mut measure = Measure::new(&case, noise_ue);
     let mut writer = csv::Writer::from_writer(Vec::new());

@@ -6,6 +6,7 @@ use super::NOISE_UE;
 use super::alarms::Tally;
 use super::case::{Case, KNOWLEDGE};
 use super::latency::{Report, Trial, Verdict};
+use super::roc::{Curve, NOISE_UE as COMPARED_UE, Point};
 use super::routine::Activity;
 use super::statistics::poisson_upper_95;
 use super::statistics::quantile;
@@ -257,6 +258,52 @@ pub fn alarms(tallies: &[Tally]) -> String {
                 alarm.detail
             );
         }
+    }
+    out
+}
+
+/// What others would have reached at the controller's rate of false alarms.
+pub fn curves(curves: &[Curve]) -> String {
+    let Some(ours) = curves.first().and_then(|curve| curve.equal) else {
+        return String::new();
+    };
+    let mut out = format!(
+        "Latency at {COMPARED_UE} µε at the same rate of false alarms: {} in {:.1} h\n\
+         {:<28} {:>9}  {:>5}  {:>5}  {:>6}  {:>10}  | as published: alarms/h    p50    p99  missed\n",
+        ours.alarms, ours.hours, "", "threshold", "p50", "p99", "missed", "p50 / ours"
+    );
+    let cell = |ms: Option<f64>| ms.map_or("never".into(), |ms| format!("{ms:.0}"));
+    for curve in curves {
+        let Some(Point {
+            threshold,
+            p50_ms,
+            p99_ms,
+            missed,
+            ..
+        }) = curve.equal
+        else {
+            continue;
+        };
+        let ratio = match (p50_ms, ours.p50_ms) {
+            (Some(theirs), Some(ours)) => format!("{:.1}", theirs / ours),
+            _ => "∞".into(),
+        };
+        let published = curve.published.map_or(String::new(), |point| {
+            format!(
+                "{:>25.2}  {:>5}  {:>5}  {:>6}",
+                point.alarms as f64 / point.hours,
+                cell(point.p50_ms),
+                cell(point.p99_ms),
+                point.missed
+            )
+        });
+        let _ = writeln!(
+            out,
+            "{:<28} {threshold:>9.3}  {:>5}  {:>5}  {missed:>6}  {ratio:>10}  |{published}",
+            curve.name,
+            cell(p50_ms),
+            cell(p99_ms),
+        );
     }
     out
 }

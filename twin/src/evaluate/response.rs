@@ -95,7 +95,7 @@ pub struct Slide {
     pub gain: f64,
     /// Residual of a finger for each unit of the way towards it, µε per m/s.
     pub shift_ue: f64,
-    /// Rise of every residual with the square of the way, µε per (m/s)².
+    /// Change of every residual with the length of the way, µε per m/s.
     pub rise_ue: f64,
 }
 
@@ -118,18 +118,15 @@ impl Slider {
         }
     }
 
-    /// Residuals of the fingers under this acceleration across, µε.
+    /// Change of the fingers' residuals under this acceleration across, µε.
     pub fn step(&mut self, acceleration_m_s2: [f64; 2]) -> [f64; FINGERS] {
         self.advance(acceleration_m_s2);
         let Slide {
             shift_ue, rise_ue, ..
         } = self.slide;
         let [x, y] = self.way;
-        if x == 0.0 && y == 0.0 {
-            return [0.0; FINGERS];
-        }
-        let rise = rise_ue * (x * x + y * y);
-        directions().map(|[cos, sin]| shift_ue * (x * cos + y * sin) + rise)
+        let rise = rise_ue * (x * x + y * y).sqrt();
+        spread([x, y]).map(|way| shift_ue * way + rise)
     }
 
     fn advance(&mut self, acceleration_m_s2: [f64; 2]) {
@@ -149,8 +146,15 @@ impl Slider {
     }
 }
 
-/// A run across the fingers: acceleration in x and y, and what linear answers leave of each residual.
-type Across = Vec<([f64; 2], [f64; FINGERS])>;
+/// One tick of a run across the fingers.
+struct Across {
+    /// Acceleration in x and y, m/s².
+    acceleration_m_s2: [f64; 2],
+    /// What the linear answer leaves of each finger's residual, µε.
+    left_ue: [f64; FINGERS],
+    /// What the tick counts for.
+    weight: f64,
+}
 
 impl Slide {
     /// Thresholds, restorations and lags that are tried.
@@ -158,8 +162,8 @@ impl Slide {
     const RESTORING_PER_S: [f64; 6] = [0.0, 2.0, 5.0, 10.0, 20.0, 40.0];
     const GAINS: [f64; 4] = [1.0, 0.2, 0.1, 0.05];
 
-    /// The one that explains most of a run; the last two of its numbers by least squares.
-    fn fit(run: &Across) -> Self {
+    /// The one whose course is most like that of a run, as large as in the run.
+    fn fit(run: &[Across]) -> Self {
         let tried = Self::THRESHOLDS_M_S2.flat_map(|threshold| {
             Self::RESTORING_PER_S
                 .into_iter()
@@ -180,27 +184,55 @@ impl Slide {
             .expect("something is tried")
     }
 
-    /// The same with its scales by least squares, and the sum of squares that it explains.
-    fn scaled(mut self, run: &Across) -> (Self, f64) {
+    /// The same with shifts as large as in the run, where those of the best fit would be too small; and
+    /// how much of the run goes its way.
+    fn scaled(mut self, run: &[Across]) -> (Self, f64) {
         let mut slider = Slider::new(self);
-        let (mut sr, mut ss, mut qr, mut qq) = (0.0, 0.0, 0.0, 0.0);
-        for (acceleration, left) in run {
-            slider.advance(*acceleration);
+        let mut shift = Likeness::default();
+        let mut rise = Likeness::default();
+        for tick in run {
+            slider.advance(tick.acceleration_m_s2);
             let [x, y] = slider.way;
-            for ([cos, sin], left) in directions().into_iter().zip(left) {
-                let way = x * cos + y * sin;
-                sr += way * left;
-                ss += way * way;
+            let mean = tick.left_ue.iter().sum::<f64>() / FINGERS as f64;
+            for (way, left) in spread([x, y]).into_iter().zip(tick.left_ue) {
+                shift.add(tick.weight, way, left - mean);
             }
-            let square = x * x + y * y;
-            qr += square * left.iter().sum::<f64>() / FINGERS as f64;
-            qq += square * square;
+            rise.add(tick.weight, (x * x + y * y).sqrt(), mean);
         }
-        if ss > 0.0 {
-            self.shift_ue = sr / ss;
-            self.rise_ue = qr / qq;
+        self.shift_ue = shift.scale();
+        self.rise_ue = rise.correlation().abs() * rise.scale();
+        (self, shift.correlation().abs())
+    }
+}
+
+/// How like two courses are.
+#[derive(Debug, Clone, Copy, Default)]
+struct Likeness {
+    model: f64,
+    both: f64,
+    truth: f64,
+}
+
+impl Likeness {
+    fn add(&mut self, weight: f64, model: f64, truth: f64) {
+        self.model += weight * model * model;
+        self.both += weight * model * truth;
+        self.truth += weight * truth * truth;
+    }
+
+    /// What gives the model the truth's power.
+    fn scale(&self) -> f64 {
+        match self.model > 0.0 {
+            true => self.both.signum() * (self.truth / self.model).sqrt(),
+            false => 0.0,
         }
-        (self, self.shift_ue * sr + self.rise_ue * qr)
+    }
+
+    fn correlation(&self) -> f64 {
+        match self.model > 0.0 {
+            true => self.both / (self.model * self.truth).sqrt(),
+            false => 0.0,
+        }
     }
 }
 
@@ -252,7 +284,7 @@ impl Response {
             residual_ue,
             along,
             across,
-            slide: Slide::fit(&knocks(setup, along, across)),
+            slide: Slide::fit(&knocks(setup, across)),
         })
     }
 
@@ -267,7 +299,8 @@ impl Response {
 
 /// Half sines across the fingers under which an object is made to give way: peak, m/s², length, s, and
 /// direction in units of a sixth of a turn.
-const KNOCKS: [(f64, f64, f64); 8] = [
+const KNOCKS: [(f64, f64, f64); 9] = [
+    (10.0, 0.30, 2.0),
     (12.0, 0.15, 0.0),
     (16.0, 0.10, 3.5),
     (20.0, 0.08, 1.2),
@@ -281,37 +314,75 @@ const KNOCKS: [(f64, f64, f64); 8] = [
 const KNOCK_S: f64 = 0.4;
 
 /// What the linear answers leave of the residuals under knocks.
-fn knocks(setup: &Setup, along: Difference, across: Difference) -> Across {
-    let pressure_kpa = setup.scenario.pressure_kpa;
-    let mut bench = Bench::holding(setup, pressure_kpa);
+fn knocks(setup: &Setup, across: Difference) -> Vec<Across> {
+    let mut bench = Bench::holding(setup, setup.scenario.pressure_kpa);
     let plateau = bench.residual_ue();
-    let mut filters = [along, across, across].map(Filter::new);
-    let mut run = Vec::new();
+    let mut filters = [across, across].map(Filter::new);
+    let mut run: Vec<Across> = Vec::new();
     for (peak_m_s2, length_s, sixth) in KNOCKS {
         let angle = TAU * sixth / 6.0;
+        let first = run.len();
         for n in 0..(KNOCK_S / STEP_S) as usize {
             let t_s = n as f64 * STEP_S;
             let size = match t_s < length_s {
                 true => peak_m_s2 * (0.5 * TAU * t_s / length_s).sin(),
                 false => 0.0,
             };
-            let acceleration = [size * angle.cos(), size * angle.sin()];
-            bench.step([acceleration[0], acceleration[1], 0.0]);
+            let [x, y] = [size * angle.cos(), size * angle.sin()];
+            bench.step([x, y, 0.0]);
             let now = bench.residual_ue();
-            let linear = answer(&mut filters, [acceleration[0], acceleration[1], 0.0]);
-            let left = std::array::from_fn(|i| now[i] - plateau[i] - linear[i]);
-            run.push((acceleration, left));
+            let [first, second] = &mut filters;
+            let linear = spread([first.step(x), second.step(y)]);
+            run.push(Across {
+                acceleration_m_s2: [x, y],
+                left_ue: std::array::from_fn(|i| now[i] - plateau[i] - linear[i]),
+                weight: 0.0,
+            });
+        }
+        // Weak knocks count as much as hard ones, down to 2 % of the plateau.
+        let knock = &mut run[first..];
+        let squares = knock.iter().flat_map(|tick| tick.left_ue).map(|x| x * x);
+        let floor = (0.02 * plateau[0]).powi(2);
+        let weight = 1.0 / (squares.sum::<f64>() / (FINGERS * knock.len()) as f64 + floor);
+        for tick in knock {
+            tick.weight = weight;
         }
     }
     run
 }
 
-/// The linear answer of each finger: along, across in x, across in y.
-pub fn answer(filters: &mut [Filter; 3], acceleration_m_s2: [f64; 3]) -> [f64; FINGERS] {
-    let [along, across_x, across_y] = filters;
-    let [x, y, z] = acceleration_m_s2;
-    let (along, x, y) = (along.step(z), across_x.step(x), across_y.step(y));
-    directions().map(|[cos, sin]| along + cos * x + sin * y)
+/// What an answer across in x and y is to each finger.
+pub fn spread([x, y]: [f64; 2]) -> [f64; FINGERS] {
+    directions().map(|[cos, sin]| cos * x + sin * y)
+}
+
+/// An object that answers to the arm's motion.
+#[derive(Debug, Clone)]
+pub struct Held {
+    along: Filter,
+    across: [Filter; 2],
+    slider: Slider,
+}
+
+impl Held {
+    /// At rest.
+    pub fn new(response: &Response) -> Self {
+        Self {
+            along: Filter::new(response.along),
+            across: [response.across; 2].map(Filter::new),
+            slider: Slider::new(response.slide),
+        }
+    }
+
+    /// Change of each finger's residual under this acceleration, µε.
+    pub fn step(&mut self, acceleration_m_s2: [f64; 3]) -> [f64; FINGERS] {
+        let [x, y, z] = acceleration_m_s2;
+        let along = self.along.step(z);
+        let across = [self.across[0].step(x), self.across[1].step(y)];
+        let shifted = self.slider.step([x, y]);
+        let linear = spread(across);
+        std::array::from_fn(|i| along + linear[i] + shifted[i])
+    }
 }
 
 /// Outward directions of the fingers across, x and y.
