@@ -75,7 +75,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     let evaluation = in_parallel(args.jobs, || evaluate::run(&base, &options, &bar))??;
     bar.finish_and_clear();
     let trials = &evaluation.sample.trials;
-    print!("{}", report::worst(trials, 5));
+    print!("{}", report::worst(trials, 100_000));
     print!("{}", report::latency(trials));
     print!("{}", report::slide(trials));
     print!("{}", report::alarms(&evaluation.tallies));
