@@ -78,8 +78,7 @@ impl Controller {
         let tare = self.conditioner.tare_step(&reading);
         let contact = self.estimator.step(&reading, table, active);
 
-        let lagged = self.estimator.lagged_pressure();
-        let air = self.regulator.observe(now, reading.monitor, lagged);
+        let air = self.regulator.observe(now, reading.monitor);
         let verdict = self.detector.step(
             now,
             &contact,

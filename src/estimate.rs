@@ -17,6 +17,8 @@ pub struct Contact {
     pub residual: [Option<Microstrain>; FINGERS],
     /// Fingers that touch something.
     pub touching: [bool; FINGERS],
+    /// What the gauge of a free finger would show.
+    pub free: Microstrain,
     /// Bend: angle of a free finger's last link at the mean measured strain.
     pub bend: Degrees,
     /// Whether the pressure was inside the table.
@@ -132,6 +134,7 @@ impl Estimator {
         Contact {
             residual,
             touching: self.touching,
+            free,
             bend: self.bend,
             range,
         }

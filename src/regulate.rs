@@ -46,7 +46,7 @@ impl Regulator {
     }
 
     /// Compares the pressure with what the commands so far should have given.
-    pub fn observe(&mut self, now: Instant, monitor: Monitor, lagged: Kilopascals) -> Air {
+    pub fn observe(&mut self, now: Instant, monitor: Monitor) -> Air {
         let measured = match monitor {
             Monitor::Valid(pressure) => Some(pressure),
             Monitor::Missing | Monitor::TooHigh | Monitor::Lost => None,
@@ -63,7 +63,6 @@ impl Regulator {
         Air {
             measured,
             expected: Kilopascals(self.expected.unwrap_or(0.0)),
-            lagged,
         }
     }
 
@@ -142,7 +141,7 @@ mod tests {
         let mut pressure = 0.0;
         for tick in 0..ms {
             let now = Instant::from_micros(1_000 * tick);
-            regulator.observe(now, Monitor::Valid(Kilopascals(pressure)), Kilopascals(0.0));
+            regulator.observe(now, Monitor::Valid(Kilopascals(pressure)));
             let command = regulator.step(Kilopascals(target), &active);
             pressure += (gain * command.0 + offset - pressure) / 60.0;
         }
@@ -162,7 +161,7 @@ mod tests {
         let mut regulator = Regulator::new();
         let mut before = 0.0;
         let at_rest = Monitor::Valid(Kilopascals(0.0));
-        regulator.observe(Instant::default(), at_rest, Kilopascals(0.0));
+        regulator.observe(Instant::default(), at_rest);
         for _ in 0..1_000 {
             regulator.step(Kilopascals(160.0), &active);
             let now = regulator.setpoint().0;
@@ -183,11 +182,7 @@ mod tests {
     #[test]
     fn without_a_target_nothing_is_commanded() {
         let mut regulator = Regulator::new();
-        regulator.observe(
-            Instant::default(),
-            Monitor::Valid(Kilopascals(-2.0)),
-            Kilopascals(0.0),
-        );
+        regulator.observe(Instant::default(), Monitor::Valid(Kilopascals(-2.0)));
         let command = regulator.step(Kilopascals(0.0), &active());
         assert_eq!(command, Kilopascals(0.0));
     }
