@@ -3,9 +3,11 @@
 pub mod alarms;
 pub mod baselines;
 pub mod case;
+mod figures;
 pub mod hand;
 pub mod latency;
 pub mod meter;
+mod page;
 pub mod record;
 pub mod report;
 pub mod response;
@@ -13,15 +15,19 @@ pub mod roc;
 pub mod routine;
 pub mod statistics;
 mod store;
+pub mod summary;
+pub mod tables;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 use softgrip::settings::Settings;
 
 use case::KNOWLEDGE;
+use summary::Summary;
 
 use crate::setup::Setup;
+use crate::{charts, files};
 
 /// Noise of the gauges, µε rms.
 pub const NOISE_UE: [f64; 3] = [20.0, 100.0, 400.0];
@@ -85,4 +91,23 @@ pub fn run(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result
         tallies,
         curves,
     })
+}
+
+/// Writes page, charts, numbers and losses to a directory.
+pub fn write(
+    evaluation: &Evaluation,
+    summary: &Summary,
+    options: &Options,
+    dir: &Path,
+) -> anyhow::Result<()> {
+    let json = serde_json::to_string_pretty(summary)? + "\n";
+    let trials = &evaluation.sample.trials;
+    let page = page::page(evaluation, summary, options)?;
+    let roc = charts::standalone(&figures::roc(summary)?);
+    let latency = charts::standalone(&figures::latencies(trials)?);
+    files::write(dir, "evaluation.json", json.as_bytes())?;
+    files::write(dir, "losses.csv", &latency::losses_csv(trials)?)?;
+    files::write(dir, "roc.svg", roc.as_bytes())?;
+    files::write(dir, "latency.svg", latency.as_bytes())?;
+    files::write(dir, "report.html", page.as_bytes())
 }

@@ -26,12 +26,17 @@ pub struct Study<'a> {
     pub bands: &'a [(usize, Vec<Band>)],
 }
 
+/// A page in the style of the house, from its title and its body.
+pub fn page(title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n<style>\n{STYLE}{}\n</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        charts::dark_rules()
+    )
+}
+
 /// The report.
 pub fn report(study: &Study) -> anyhow::Result<String> {
-    let mut out = format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>softgrip: the paper's experiments, replayed</title>\n<style>\n{STYLE}{}\n</style>\n</head>\n<body>\n",
-        charts::dark_rules()
-    );
+    let mut out = String::new();
     introduction(&mut out, study);
     outcomes(&mut out, study);
     sensitivity(&mut out, study);
@@ -43,8 +48,7 @@ pub fn report(study: &Study) -> anyhow::Result<String> {
         );
     }
     limits(&mut out);
-    out.push_str("</body>\n</html>\n");
-    Ok(out)
+    Ok(page("softgrip: the paper's experiments, replayed", &out))
 }
 
 fn introduction(out: &mut String, study: &Study) {
@@ -233,6 +237,7 @@ fn limits(out: &mut String) {
     );
 }
 
-fn escape(text: &str) -> String {
+/// A text as HTML shows it.
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;")
 }

@@ -7,7 +7,8 @@ use std::time::Instant;
 use clap::Args;
 use softgrip::settings::Settings;
 use twin::evaluate::case::KNOWLEDGE;
-use twin::evaluate::{self, Options, latency, report};
+use twin::evaluate::summary::Summary;
+use twin::evaluate::{self, Options, latency, report, tables};
 use twin::files;
 use twin::setup::Setup;
 
@@ -28,6 +29,9 @@ pub struct EvaluateArgs {
     /// nothing needs to be simulated twice.
     #[arg(long, value_name = "DIR")]
     recordings: Option<PathBuf>,
+    /// So many of the slowest reports at each level of noise, in detail.
+    #[arg(long, value_name = "N", default_value = "0")]
+    slowest: usize,
     /// Only this run of the losses, with every detail.
     #[arg(long, value_name = "INDEX")]
     only: Option<u64>,
@@ -74,12 +78,26 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     let bar = progress_bar(0, "losses and seconds");
     let evaluation = in_parallel(args.jobs, || evaluate::run(&base, &options, &bar))??;
     bar.finish_and_clear();
+    let summary = Summary::of(&evaluation, &options);
+    if let Some(dir) = out {
+        evaluate::write(&evaluation, &summary, &options, dir)?;
+    }
+    if args.output.json {
+        println!("{}", serde_json::to_string(&summary)?);
+        return Ok(ExitCode::SUCCESS);
+    }
     let trials = &evaluation.sample.trials;
-    print!("{}", report::worst(trials, 100_000));
-    print!("{}", report::latency(trials));
-    print!("{}", report::slide(trials));
+    print!("{}", report::wrong(trials));
+    if args.slowest > 0 {
+        print!("{}", report::slowest(trials, args.slowest));
+    }
     print!("{}", report::alarms(&evaluation.tallies));
-    print!("{}", report::curves(&evaluation.curves));
-    println!("{:.1} s", start.elapsed().as_secs_f64());
+    for table in tables::all(&summary) {
+        println!("{}", table.text());
+    }
+    println!("{:.0} s", start.elapsed().as_secs_f64());
+    if let Some(dir) = out {
+        println!("report: {}/report.html", dir.display());
+    }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,5 +1,6 @@
 //! How soon a loss is reported: random losses on the twin, measured at each level of noise.
 
+use finger::capability::Object;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use softgrip::TICK_US;
@@ -72,8 +73,6 @@ pub struct Loss {
     pub slide_s: f64,
     /// How far it had moved against the palm at the onset, mm.
     pub moved_onset_mm: f32,
-    /// How far when *lost* was reported, mm.
-    pub moved_flag_mm: Option<f32>,
     /// First warning of a slip before that, and how far the object had moved by then, mm.
     pub warning: Option<(f64, f32)>,
 }
@@ -92,7 +91,7 @@ pub enum Verdict {
     /// The grip was not recognised before the lift.
     NotRecognised,
     /// Something else was reported instead.
-    Other,
+    Misnamed,
     /// The object was moved out of place, but the fingers still press on it: neither is wrong.
     Displaced,
 }
@@ -104,7 +103,7 @@ impl Trial {
             return Verdict::NotRecognised;
         }
         match (&self.loss, &self.report) {
-            (_, Report::Other { .. }) => Verdict::Other,
+            (_, Report::Other { .. }) => Verdict::Misnamed,
             (_, Report::Lost { moved_mm, .. }) if *moved_mm < UNMOVED_MM => Verdict::FalseAlarm,
             (None, _) if self.fate == Fate::Displaced => Verdict::Displaced,
             (None, Report::Lost { .. }) => Verdict::FalseAlarm,
@@ -302,10 +301,6 @@ pub fn judge(
             onset_s: seconds(onset),
             slide_s: seconds(slide(recording)),
             moved_onset_mm: recording.at(onset).moved_mm,
-            moved_flag_mm: match ended {
-                Some((tick, Event::Lost { .. })) => Some(recording.at(tick).moved_mm),
-                _ => None,
-            },
             warning: slip.map(|tick| (seconds(tick), recording.at(tick).moved_mm)),
         }),
     };
@@ -329,4 +324,81 @@ fn slide(recording: &Recording) -> usize {
 
 fn seconds(tick: usize) -> f64 {
     tick as f64 * TICK_US as f64 * 1e-6
+}
+
+/// The losses, a row each, as CSV.
+pub fn losses_csv(trials: &[Trial]) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record([
+        "knowledge",
+        "index",
+        "noise_ue",
+        "object",
+        "diameter_mm",
+        "mass_kg",
+        "pressure_kpa",
+        "friction",
+        "depth_mm",
+        "accel_m_s2",
+        "first_finger_deg",
+        "push_x_n",
+        "push_y_n",
+        "push_z_n",
+        "push_start_s",
+        "push_rise_s",
+        "slide_s",
+        "onset_s",
+        "moved_onset_mm",
+        "warned_s",
+        "moved_warned_mm",
+        "reported_s",
+        "moved_reported_mm",
+        "latency_ms",
+        "verdict",
+    ])?;
+    for trial in trials {
+        let Some(loss) = trial.loss else { continue };
+        let case = &trial.case;
+        let (scenario, gripped) = (&case.setup.scenario, case.setup.gripped());
+        let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) = gripped.object;
+        let number = |x: f64, decimals: usize| format!("{x:.decimals$}");
+        let maybe = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.3}"));
+        let push = case.push;
+        let (reported_s, moved_mm) = match trial.report {
+            Report::Lost { t_s, moved_mm } => (Some(t_s), Some(f64::from(moved_mm))),
+            Report::Nothing | Report::Other { .. } => (None, None),
+        };
+        let (latency_ms, verdict) = match trial.verdict() {
+            Verdict::Reported(ms) => (Some(ms), "reported".to_string()),
+            other => (None, format!("{other:?}").to_lowercase()),
+        };
+        writer.write_record([
+            case.knowledge.name().to_string(),
+            case.index.to_string(),
+            trial.noise_ue.to_string(),
+            scenario.object.to_string(),
+            number(2e3 * radius_m, 2),
+            number(scenario.mass_kg, 4),
+            number(scenario.pressure_kpa, 2),
+            number(scenario.friction, 3),
+            number(1e3 * gripped.depth_m, 2),
+            number(scenario.accel_m_s2, 2),
+            number(case.setup.gripper.hand.first_finger_deg, 1),
+            maybe(push.map(|push| push.force_n[0])),
+            maybe(push.map(|push| push.force_n[1])),
+            maybe(push.map(|push| push.force_n[2])),
+            maybe(push.map(|push| push.start_s)),
+            maybe(push.map(|push| push.rise_s)),
+            number(loss.slide_s, 3),
+            number(loss.onset_s, 3),
+            number(loss.moved_onset_mm.into(), 2),
+            maybe(loss.warning.map(|(t_s, _)| t_s)),
+            maybe(loss.warning.map(|(_, mm)| f64::from(mm))),
+            maybe(reported_s),
+            maybe(moved_mm),
+            maybe(latency_ms),
+            verdict,
+        ])?;
+    }
+    Ok(writer.into_inner()?)
 }

@@ -260,10 +260,11 @@ impl Response {
         let mut along = [Vec::new(), Vec::new()];
         let mut across = [Vec::new(), Vec::new()];
         let mut bench = Bench::holding(setup, pressure_kpa);
+        let home_m = bench.position_m;
         let plateau = bench.residual_ue();
         let mut drive = [Noise::default(); 3];
         for _ in 0..(EXCITED_S / STEP_S) as usize {
-            let acceleration = bench.confined(drive.each_mut().map(|noise| noise.step(&mut rng)));
+            let acceleration = bench.confined(home_m, drive.each_mut().map(|noise| noise.step(&mut rng)));
             bench.step(acceleration);
             let now = bench.residual_ue();
             let change: [f64; FINGERS] = std::array::from_fn(|i| now[i] - plateau[i]);
@@ -417,7 +418,6 @@ pub struct Bench {
     pressure_kpa: f64,
     position_m: [f64; 3],
     velocity_m_s: [f64; 3],
-    home_m: [f64; 3],
 }
 
 impl Bench {
@@ -433,7 +433,6 @@ impl Bench {
             pressure_kpa: 0.0,
             position_m: [0.0; 3],
             velocity_m_s: [0.0; 3],
-            home_m: [0.0; 3],
         }
     }
 
@@ -453,7 +452,6 @@ impl Bench {
         for _ in 0..ticks(0.4) {
             bench.step([0.0; 3]);
         }
-        bench.home_m = bench.position_m;
         bench
     }
 
@@ -468,9 +466,9 @@ impl Bench {
     }
 
     /// The acceleration with a weak pull back home, so that noise does not lead the arm away.
-    fn confined(&self, acceleration_m_s2: [f64; 3]) -> [f64; 3] {
+    fn confined(&self, home_m: [f64; 3], acceleration_m_s2: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|i| {
-            let away_m = self.position_m[i] - self.home_m[i];
+            let away_m = self.position_m[i] - home_m[i];
             acceleration_m_s2[i] - 4.0 * self.velocity_m_s[i] - 4.0 * away_m
         })
     }
@@ -490,8 +488,8 @@ fn closing(setup: &Setup) -> Vec<f64> {
     (0..=steps)
         .map(|n| {
             bench.pressure_kpa = n as f64 * GRID_KPA;
-            // 50 ms for each 2 kPa.
-            for _ in 0..50 {
+            // Slow against the finger's 26 ms: 20 ms for each 2 kPa.
+            for _ in 0..20 {
                 bench.step([0.0; 3]);
             }
             let sum: f64 = bench.residual_ue().iter().sum();

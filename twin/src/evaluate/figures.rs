@@ -1,0 +1,103 @@
+//! Charts of the evaluation.
+
+use plotters::prelude::SeriesLabelPosition;
+
+use super::latency::{Trial, Verdict};
+use super::summary::{Setting, Summary};
+use super::{NOISE_UE, roc};
+use crate::charts::{self, Look, Panel, Series, color};
+use crate::style::{PALETTE, QUIET};
+
+/// Latencies up to here are drawn, ms.
+const DRAWN_MS: f64 = 200.0;
+
+/// Latency against the rate of false alarms.
+pub fn roc(summary: &Summary) -> anyhow::Result<String> {
+    let colors = [color(0), color(1), color(2), color(3), PALETTE[3], QUIET];
+    let panel = |title: &str, y_label, value: fn(&Setting) -> Option<f64>| Panel {
+        title: title.into(),
+        x_label: "false alarms per hour, power of ten (none at all: half of one)",
+        y_label,
+        x: -2.5..3.0,
+        y: -20.0..DRAWN_MS,
+        stages: Vec::new(),
+        series: summary
+            .detectors
+            .iter()
+            .zip(colors)
+            .flat_map(|(detector, color)| {
+                let place = |setting: &Setting| {
+                    let rate = (setting.alarms as f64).max(0.5) / setting.hours;
+                    let ms = value(setting)?;
+                    ((-20.0..=DRAWN_MS).contains(&ms)).then_some((rate.log10(), ms))
+                };
+                let series = |name: &str, look, points: Vec<(f64, f64)>| Series {
+                    name: name.into(),
+                    look,
+                    color,
+                    points,
+                };
+                let line = detector.curve.iter().filter_map(place).collect();
+                let published = detector.published.iter().filter_map(place).collect();
+                [
+                    series(detector.name, Look::Line, line),
+                    series("", Look::Rings, published),
+                ]
+            })
+            .collect(),
+        legend: Some(SeriesLabelPosition::UpperRight),
+    };
+    let panels = [
+        panel("median", "latency, ms", |setting| setting.p50_ms),
+        panel("99 %", "latency, ms", |setting| setting.p99_ms),
+    ];
+    charts::draw(&panels, 1, (960, 420))
+}
+
+/// What share of the losses is reported within a time.
+pub fn latencies(trials: &[Trial]) -> anyhow::Result<String> {
+    let series = NOISE_UE.into_iter().enumerate().map(|(n, noise)| {
+        let of = trials
+            .iter()
+            .filter(|t| t.noise_ue == noise && t.loss.is_some());
+        let verdicts: Vec<Verdict> = of.map(|trial| trial.verdict()).collect();
+        let mut ms: Vec<f64> = verdicts
+            .iter()
+            .filter_map(|verdict| match verdict {
+                Verdict::Reported(ms) => Some(*ms),
+                _ => None,
+            })
+            .collect();
+        ms.sort_by(f64::total_cmp);
+        let share = |n: usize| 100.0 * n as f64 / verdicts.len() as f64;
+        let steps = ms.iter().enumerate();
+        Series {
+            name: format!("{noise} µε"),
+            look: Look::Line,
+            color: color(n),
+            points: steps
+                .flat_map(|(n, &ms)| [(ms, share(n)), (ms, share(n + 1))])
+                .filter(|(ms, _)| (-100.0..=60.0).contains(ms))
+                .collect(),
+        }
+    });
+    let panel = Panel {
+        title: String::new(),
+        x_label: "time after the collapse of the grip, ms",
+        y_label: "losses reported, %",
+        x: -100.0..60.0,
+        y: 0.0..100.0,
+        stages: Vec::new(),
+        series: series.collect(),
+        legend: Some(SeriesLabelPosition::UpperLeft),
+    };
+    charts::draw(&[panel], 1, (960, 420))
+}
+
+/// What the figure of [`roc`] shows.
+pub fn roc_caption() -> String {
+    format!(
+        "Latency against false alarms at {} µε, each rule at many thresholds, on the same losses and the same hours. Rings: as published, and the controller as it is set. Lines end where a rule misses half (above) or a hundredth (below) of the losses, or is slower than {DRAWN_MS} ms.",
+        roc::NOISE_UE
+    )
+}

@@ -1,0 +1,378 @@
+//! The evaluation: is the fast generator like the twin, is measuring again like measuring at once, and
+//! does everything repeat?
+
+use std::path::Path;
+use std::process::{Command as Process, Output};
+
+use indicatif::ProgressBar;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+use softgrip::settings::Settings;
+use softgrip::units::{DacCode, Instant, Kilopascals};
+use softgrip::{Command, FINGERS, Grip, TICK_US};
+use twin::evaluate::case::{Case, Knowledge};
+use twin::evaluate::hand::{Gauge, Hand};
+use twin::evaluate::latency::{judge, trials_of};
+use twin::evaluate::record::{Fate, Recording};
+use twin::evaluate::response::{Bench, Held, Response};
+use twin::evaluate::routine::Motion;
+use twin::evaluate::summary::Summary;
+use twin::evaluate::{self, Options, alarms};
+use twin::plant::Plant;
+use twin::scenario::ObjectKind;
+use twin::setup::Setup;
+use twin::sim;
+
+fn base() -> Setup {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recipes/rtv225.toml");
+    Setup::of(&finger::recipe::load(&path).expect("the default recipe")).expect("a setup")
+}
+
+fn options(seed: u64) -> Options {
+    Options {
+        seed,
+        losses: 3,
+        hours: 0.05,
+        recordings: None,
+        settings: Settings::default(),
+    }
+}
+
+/// A grip in the middle of what the generator draws from.
+fn grip(object: ObjectKind, mass_kg: f64) -> Setup {
+    let mut setup = base();
+    setup.scenario.object = object;
+    setup.scenario.mass_kg = mass_kg;
+    setup.scenario.pressure_kpa = 140.0;
+    setup
+}
+
+/// Change of the residuals over the plateau: rms and peak of the sum, and of the liveliest finger.
+#[derive(Debug, Clone, Copy)]
+struct Statistics {
+    sum_rms: f64,
+    sum_peak: f64,
+    finger_rms: f64,
+    finger_peak: f64,
+}
+
+impl Statistics {
+    fn of(course: &[[f64; FINGERS]]) -> Self {
+        let rms = |values: &[f64]| {
+            (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt()
+        };
+        let peak = |values: &[f64]| values.iter().fold(0.0f64, |peak, x| peak.max(x.abs()));
+        let mean = |row: &[f64; FINGERS]| row.iter().sum::<f64>() / FINGERS as f64;
+        let sums: Vec<f64> = course.iter().map(mean).collect();
+        let fingers: [Vec<f64>; FINGERS] =
+            std::array::from_fn(|i| course.iter().map(|row| row[i]).collect());
+        Self {
+            sum_rms: rms(&sums),
+            sum_peak: peak(&sums),
+            finger_rms: fingers.iter().map(|f| rms(f)).fold(0.0, f64::max),
+            finger_peak: fingers.iter().map(|f| peak(f)).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// The same motion on the twin and on the generator.
+fn both(setup: &Setup, response: &Response, motion: &Motion, time_s: f64) -> [Statistics; 2] {
+    let mut bench = Bench::holding(setup, setup.scenario.pressure_kpa);
+    let plateau = bench.residual_ue();
+    let mut held = Held::new(response);
+    let (mut twin, mut generator) = (Vec::new(), Vec::new());
+    for tick in 0..(time_s * 1e3) as usize {
+        let acceleration = motion.at(tick as f64 * 1e-3);
+        bench.step(acceleration);
+        let (now, change) = (bench.residual_ue(), held.step(acceleration));
+        twin.push(std::array::from_fn(|i| now[i] / plateau[i] - 1.0));
+        generator.push(std::array::from_fn(|i| change[i] / plateau[i]));
+    }
+    [Statistics::of(&twin), Statistics::of(&generator)]
+}
+
+/// Asserts that two numbers agree within a share of the first and a floor of 0.05 % of the plateau.
+#[track_caller]
+fn near(what: &str, twin: f64, generator: f64, share: f64) {
+    assert!(
+        (twin - generator).abs() <= share * twin + 5e-4,
+        "{what}: twin {twin:.5}, generator {generator:.5}"
+    );
+}
+
+const GRIPS: [(ObjectKind, f64); 2] = [(ObjectKind::Sphere, 0.06), (ObjectKind::Cylinder, 0.03)];
+
+/// A direction with a part along and a part across.
+const SLANTING: [f64; 3] = [0.48, -0.64, 0.6];
+
+#[test]
+fn the_generator_moves_like_the_twin_at_5_and_10_m_s2() {
+    for (object, mass_kg) in GRIPS {
+        let setup = grip(object, mass_kg);
+        let response = Response::of(&setup).expect("a response");
+        for accel in [5.0, 10.0] {
+            let motion = Motion::Travel {
+                vector: SLANTING.map(|x| accel * x),
+                ramp_s: 0.03,
+                push_s: 0.25,
+                cruise_s: 0.1,
+            };
+            let [twin, generator] = both(&setup, &response, &motion, 0.9);
+            let name = |what| format!("{what}, {object}, {accel} m/s²");
+            near(&name("sum rms"), twin.sum_rms, generator.sum_rms, 0.15);
+            near(&name("sum peak"), twin.sum_peak, generator.sum_peak, 0.15);
+            near(
+                &name("finger rms"),
+                twin.finger_rms,
+                generator.finger_rms,
+                0.25,
+            );
+            near(
+                &name("finger peak"),
+                twin.finger_peak,
+                generator.finger_peak,
+                0.25,
+            );
+        }
+    }
+}
+
+#[test]
+fn the_generator_shakes_like_the_twin_at_every_frequency() {
+    for (object, mass_kg) in GRIPS {
+        let setup = grip(object, mass_kg);
+        let response = Response::of(&setup).expect("a response");
+        for hz in [5.0, 10.0, 20.0, 40.0] {
+            // 2 m/s² rms.
+            let sine = (SLANTING.map(|x| 2.0 * 2f64.sqrt() * x), hz, 0.0);
+            let none = ([0.0; 3], hz, 0.0);
+            let motion = Motion::Vibration([sine, none, none]);
+            let [twin, generator] = both(&setup, &response, &motion, 1.0);
+            let name = |what| format!("{what}, {object}, {hz} Hz");
+            near(&name("sum rms"), twin.sum_rms, generator.sum_rms, 0.1);
+            near(&name("sum peak"), twin.sum_peak, generator.sum_peak, 0.1);
+            near(
+                &name("finger rms"),
+                twin.finger_rms,
+                generator.finger_rms,
+                0.15,
+            );
+            near(
+                &name("finger peak"),
+                twin.finger_peak,
+                generator.finger_peak,
+                0.15,
+            );
+        }
+    }
+}
+
+/// Knocks shift the object in the grip. How far, friction decides, and the generator's law of it is a
+/// simple one: over some knocks it must be as rough as the twin, within a factor of 1.6.
+#[test]
+fn stops_and_bumps_are_as_rough_as_on_the_twin() {
+    for (object, mass_kg) in GRIPS {
+        let setup = grip(object, mass_kg);
+        let response = Response::of(&setup).expect("a response");
+        for (name, peak, length_s) in [("stop", 17.0, 0.12), ("bump", 45.0, 0.012)] {
+            let mut squares = [0.0; 2];
+            let mut sums = [0.0; 2];
+            for sixth in [0.3, 1.7, 2.6, 3.9, 5.1] {
+                let angle = std::f64::consts::TAU * sixth / 6.0;
+                let motion = Motion::Pulse {
+                    vector: [
+                        0.9 * peak * f64::cos(angle),
+                        0.9 * peak * angle.sin(),
+                        0.43 * peak,
+                    ],
+                    length_s,
+                    ring_hz: 10.0,
+                    ring_share: 0.2,
+                };
+                let statistics = both(&setup, &response, &motion, 0.6);
+                for (n, statistics) in statistics.iter().enumerate() {
+                    squares[n] += statistics.finger_rms.powi(2);
+                    sums[n] += statistics.sum_peak;
+                }
+            }
+            let [twin, generator] = squares.map(f64::sqrt);
+            let ratio = generator / twin;
+            assert!(
+                (0.6..1.6).contains(&ratio),
+                "{object}, {name}: fingers × {ratio:.2}"
+            );
+            let [twin, generator] = sums.map(|sum| sum / 5.0);
+            assert!(
+                (twin - generator).abs() < 0.03,
+                "{object}, {name}: sums {twin:.3} and {generator:.3}"
+            );
+        }
+    }
+}
+
+/// Closing, a change of the pressure and a release, by the eyes of the controller.
+#[test]
+fn the_generator_grips_and_lets_go_like_the_twin() {
+    for (object, first, second) in [
+        (ObjectKind::Sphere, 140.0, 110.0),
+        (ObjectKind::Cylinder, 110.0, 150.0),
+    ] {
+        let mut setup = grip(object, 0.05);
+        setup.scenario.pressure_kpa = first;
+        setup.scenario.noise_ue = 1.0;
+        let response = Response::of(&setup).expect("a response");
+        let arm = &mut setup.gripper.arm;
+        (arm.approach_mm, arm.dwell_ms, arm.grip_ms) = (1.0, 10.0, 9_000.0);
+        let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+        let gauge = Gauge {
+            gain: 1.0,
+            offset_ue: 0.0,
+            noise_ue: 1.0,
+        };
+        let noise = ChaCha8Rng::seed_from_u64(1);
+        let mut hand = Hand::new(&setup.gripper, setup.table(), [gauge; FINGERS], noise);
+        hand.place(Some(&response));
+        let controller = || sim::controller(setup.table(), &Settings::default());
+        let mut controllers = [controller().expect("one"), controller().expect("another")];
+        let mut dacs = [DacCode(0); 2];
+        let plateau = FINGERS as f64 * response.residual_at(first);
+        for tick in 1..5_500 {
+            let frames = [plant.step(dacs[0]).0, hand.step(dacs[1], [0.0; 3], 0.0)];
+            let command = match tick {
+                300 => Command::Grip(Grip::Pressure(Kilopascals(first as f32))),
+                2_000 => Command::Grip(Grip::Pressure(Kilopascals(second))),
+                4_500 => Command::Release,
+                _ => Command::Continue,
+            };
+            let now = Instant::from_micros(TICK_US * tick);
+            let mut sums = [0.0; 2];
+            for n in 0..2 {
+                let outputs = controllers[n].step(now, &frames[n], command);
+                dacs[n] = outputs.dac;
+                let residual = outputs.snapshot.residual;
+                sums[n] = residual.iter().flatten().map(|r| f64::from(r.0)).sum();
+            }
+            let off = (sums[1] - sums[0]) / plateau;
+            // Under way within 4 % of the plateau, at rest within 0.3 %.
+            let at_rest = matches!(tick, 1_500..2_000 | 3_500..4_500);
+            let limit = if at_rest { 0.003 } else { 0.04 };
+            assert!(off.abs() < limit, "{object}: {off:.4} at {tick} ms");
+        }
+    }
+}
+
+/// The report says that gauge noise does not reach the physics before a report.
+#[test]
+fn measuring_again_is_as_good_as_measuring_in_closed_loop() {
+    let base = base();
+    let settings = Settings::default();
+    let mut lost = 0;
+    for index in 0..6 {
+        let case = Case::draw(&base, base.table(), 500, Knowledge::Calibrated, index);
+        let record = |noise_ue| {
+            Recording::of(&case, base.table(), &settings, noise_ue).expect("a recording")
+        };
+        let again = judge(&case, &record(20.0), 100.0, &settings, &base).expect("a trial");
+        let closed = judge(&case, &record(100.0), 100.0, &settings, &base).expect("a trial");
+        assert_eq!(again.report, closed.report, "{index}");
+        lost += usize::from(matches!(again.fate, Fate::Lost { .. }));
+    }
+    assert!(lost > 0, "nothing was lost");
+}
+
+#[test]
+fn recordings_are_found_again() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let base = base();
+    let mut options = options(501);
+    let fresh = trials_of(&base, &options, Knowledge::Calibrated, 1).expect("trials");
+    options.recordings = Some(dir.path().to_path_buf());
+    for _ in 0..2 {
+        let trials = trials_of(&base, &options, Knowledge::Calibrated, 1).expect("trials");
+        for (fresh, trial) in fresh.iter().zip(&trials) {
+            assert_eq!(fresh.report, trial.report);
+            assert_eq!(fresh.fate, trial.fate);
+        }
+    }
+    let files: Vec<_> = std::fs::read_dir(dir.path())
+        .expect("a directory")
+        .collect();
+    assert_eq!(files.len(), 1);
+    let file = files[0].as_ref().expect("a file").path();
+    std::fs::write(&file, b"half").expect("written");
+    let error = trials_of(&base, &options, Knowledge::Calibrated, 1).expect_err("half a file");
+    assert!(format!("{error:#}").contains("not a whole recording; remove it"));
+}
+
+#[test]
+fn nothing_depends_on_the_number_of_threads() {
+    let base = base();
+    let options = options(502);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().expect("threads");
+        let evaluation = pool
+            .install(|| evaluate::run(&base, &options, &ProgressBar::hidden()))
+            .expect("an evaluation");
+        serde_json::to_string(&Summary::of(&evaluation, &options)).expect("JSON")
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn every_hour_is_counted_once_and_every_activity_happens() {
+    let base = base();
+    let options = options(503);
+    let responses = alarms::responses(&base).expect("responses");
+    let bar = ProgressBar::hidden();
+    let tally = alarms::tally(&base, &options, &responses, 20.0, 0.5, &bar).expect("a tally");
+    let total = tally.total();
+    assert!((total.time_s - 1800.0).abs() < 1.0, "{}", total.time_s);
+    for (activity, count) in alarms::Activity::ALL.iter().zip(tally.counts) {
+        assert!(count.times > 0 && count.time_s > 0.0, "{activity:?}");
+    }
+    assert_eq!(tally.alarms.len() as u64, total.lost + total.faults);
+}
+
+fn softgrip(args: &[&str]) -> Output {
+    let mut process = Process::new(env!("CARGO_BIN_EXE_softgrip"));
+    process.args(args).output().expect("the command runs")
+}
+
+#[test]
+fn the_command_prints_json_and_writes_its_files() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let out = dir.path().to_str().expect("a name");
+    let output = softgrip(&[
+        "evaluate", "--losses", "3", "--hours", "0.02", "--seed", "504", "--json", "--out", out,
+    ]);
+    assert_eq!(output.status.code(), Some(0));
+    let json: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(json["seed"], 504);
+    let latency = json["latency"].as_array().expect("a list");
+    assert_eq!(latency.len(), 6);
+    assert!(latency.iter().all(|row| row["losses"] == 3));
+    assert_eq!(json["false_alarms"].as_array().map(Vec::len), Some(3));
+    assert_eq!(json["detectors"].as_array().map(Vec::len), Some(6));
+    let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).expect(name);
+    assert_eq!(read("losses.csv").lines().count(), 1 + 6 * 3);
+    assert!(read("roc.svg").starts_with("<svg") && read("latency.svg").starts_with("<svg"));
+    let page = read("report.html");
+    assert!(page.contains("False reports") && page.ends_with("</html>\n"));
+    let saved: Value = serde_json::from_str(&read("evaluation.json")).expect("JSON");
+    assert_eq!(saved, json);
+}
+
+#[test]
+fn a_wrong_argument_is_refused() {
+    for args in [
+        ["evaluate", "--hours", "-1"],
+        ["evaluate", "--losses", "many"],
+        ["evaluate", "--noise", "20"],
+    ] {
+        let output = softgrip(&args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(!output.stderr.is_empty(), "{args:?}");
+    }
+}
