@@ -264,7 +264,8 @@ impl Response {
         let plateau = bench.residual_ue();
         let mut drive = [Noise::default(); 3];
         for _ in 0..(EXCITED_S / STEP_S) as usize {
-            let acceleration = bench.confined(home_m, drive.each_mut().map(|noise| noise.step(&mut rng)));
+            let acceleration =
+                bench.confined(home_m, drive.each_mut().map(|noise| noise.step(&mut rng)));
             bench.step(acceleration);
             let now = bench.residual_ue();
             let change: [f64; FINGERS] = std::array::from_fn(|i| now[i] - plateau[i]);
