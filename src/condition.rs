@@ -215,7 +215,7 @@ impl Conditioner {
                 }
             }
         }
-        tare.ticks += 1;
+        tare.ticks = tare.ticks.saturating_add(1);
         if tare.ticks < TARE_TICKS {
             return None;
         }
@@ -298,7 +298,7 @@ impl Channel {
             return Gauge::Valid(Microstrain(strain));
         };
         let ticks = match self.suspect {
-            Some((_, ticks)) => ticks + 1,
+            Some((_, ticks)) => ticks.saturating_add(1),
             None => 1,
         };
         self.suspect = Some((fault, ticks));

@@ -109,8 +109,8 @@ impl Estimator {
 
         let mut residual = [None; FINGERS];
         let (mut strain_sum, mut strains) = (0.0, 0.0);
-        for (i, slot) in residual.iter_mut().enumerate() {
-            let Some(strain) = reading.gauges[i].strain() else {
+        for (i, (slot, gauge)) in residual.iter_mut().zip(&reading.gauges).enumerate() {
+            let Some(strain) = gauge.strain() else {
                 continue;
             };
             let value = match active.gauge_sense {
@@ -147,7 +147,7 @@ impl Estimator {
             self.against[finger] = 0;
             return;
         }
-        self.against[finger] += 1;
+        self.against[finger] = self.against[finger].saturating_add(1);
         if self.against[finger] >= DEBOUNCE_TICKS {
             self.touching[finger] = !self.touching[finger];
             self.against[finger] = 0;

@@ -44,8 +44,10 @@ async fn main(spawner: Spawner) {
     match Settings::default().validate(&board::FRONT_END, &FINGER) {
         Ok(active) => {
             let controller = Controller::new(&FINGER, active);
-            spawner.spawn(telemetry::run().expect("spawned once"));
-            board::high_priority().spawn(control::run(board, controller).expect("spawned once"));
+            let (sent, received) = links::events().expect("made once");
+            spawner.spawn(telemetry::run(received).expect("spawned once"));
+            let control = control::run(board, controller, sent);
+            board::high_priority().spawn(control.expect("spawned once"));
         }
         // Nothing starts, and the output stays safe.
         Err(error) => defmt::error!("wrong settings: {}", error),

@@ -21,6 +21,8 @@ const TICK_S: f64 = 0.001;
 /// One 12-bit step of a left-aligned code.
 const ADC_STEP: f64 = 16.0;
 const ADC_MAX: f64 = 4095.0 * ADC_STEP;
+/// The supply's ripple, rms of a tick's mean, V.
+const SUPPLY_RIPPLE_V: f64 = 0.02;
 
 /// What really happens, for judging the controller; it never sees this.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +39,17 @@ pub struct Truth {
     pub residual_ue: [f64; FINGERS],
     /// Normal force of each finger on the object, N.
     pub contact_n: [f64; FINGERS],
+}
+
+/// What stands at the converter's pins, as shares of its reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pins {
+    /// One gauge per finger.
+    pub gauges: [f64; FINGERS],
+    /// The regulator's pressure monitor.
+    pub monitor: f64,
+    /// The supply voltage.
+    pub supply: f64,
 }
 
 /// First-order lag.
@@ -165,6 +178,36 @@ impl Plant {
     /// Advances by one control tick with the regulator's command at `dac`; gives what the converter
     /// measured, and the truth.
     pub fn step(&mut self, dac: DacCode) -> (RawFrame, Truth) {
+        let (strain, truth) = self.advance(dac);
+        (self.measure(strain), truth)
+    }
+
+    /// As [`Plant::step`], but gives what stands at the pins of a converter of its own.
+    pub fn step_pins(&mut self, dac: DacCode) -> (Pins, Truth) {
+        let (strain, truth) = self.advance(dac);
+        let front_end = self.front_end;
+        let noise_ue = self.noise_ue;
+        let monitor_noise = self.gripper.regulator.monitor_noise_kpa;
+        let pins = Pins {
+            gauges: strain.map(|strain| {
+                self.share(noise_ue, |ue| front_end.gauge_code(Microstrain(ue)), strain)
+            }),
+            monitor: self.share(
+                monitor_noise,
+                |kpa| front_end.monitor_code(Kilopascals(kpa)),
+                truth.pressure_kpa,
+            ),
+            supply: self.share(
+                SUPPLY_RIPPLE_V,
+                |v| front_end.supply_code(Volts(v)),
+                self.gripper.regulator.supply_v,
+            ),
+        };
+        (pins, truth)
+    }
+
+    /// One tick of arm, air and fingers; gives what the gauges feel, and the truth.
+    fn advance(&mut self, dac: DacCode) -> ([f64; FINGERS], Truth) {
         self.ticks += 1;
         let t_s = self.ticks as f64 * TICK_S;
         let arm = self.profile.at(t_s);
@@ -175,7 +218,6 @@ impl Plant {
         let angles = self.world.joint_angles();
         let strain = angles.map(|angles: [f64; LINKS]| self.chain.gauge_strain_ue(&angles));
         let free = self.chain.free_strain_ue(self.bending.step(inflated_kpa));
-        let frame = self.measure(strain);
         let truth = Truth {
             t_s,
             arm,
@@ -184,7 +226,9 @@ impl Plant {
             residual_ue: strain.map(|strain| free - strain),
             contact_n: self.world.contact_force(),
         };
-        (frame, truth)
+        let creep = 0.01 * self.gripper.gauge.creep_percent;
+        let felt = std::array::from_fn(|i| strain[i] + creep * self.creep[i].step(strain[i]));
+        (felt, truth)
     }
 
     /// Brings the world up to this tick, in steps that may be shorter or longer than a tick.
@@ -225,10 +269,8 @@ impl Plant {
 
     fn measure(&mut self, strain_ue: [f64; FINGERS]) -> RawFrame {
         let front_end = self.front_end;
-        let creep = 0.01 * self.gripper.gauge.creep_percent;
-        let gauges = std::array::from_fn(|i| {
-            let strain = strain_ue[i] + creep * self.creep[i].step(strain_ue[i]);
-            let noise_ue = self.noise_ue;
+        let noise_ue = self.noise_ue;
+        let gauges = strain_ue.map(|strain| {
             self.convert(noise_ue, |ue| front_end.gauge_code(Microstrain(ue)), strain)
         });
         let monitor_noise = self.gripper.regulator.monitor_noise_kpa;
@@ -239,8 +281,11 @@ impl Plant {
             pressure,
         );
         let supply_v = self.gripper.regulator.supply_v;
-        // 20 mV of ripple.
-        let supply = self.convert(0.02, |v| front_end.supply_code(Volts(v)), supply_v);
+        let supply = self.convert(
+            SUPPLY_RIPPLE_V,
+            |v| front_end.supply_code(Volts(v)),
+            supply_v,
+        );
         RawFrame {
             gauges,
             monitor,
@@ -248,6 +293,13 @@ impl Plant {
             scans: self.gripper.gauge.scans,
             overrun: false,
         }
+    }
+
+    /// The voltage behind `value` with one draw of noise, as a share of the reference.
+    fn share(&mut self, noise: f64, to_code: impl Fn(f32) -> f32, value: f64) -> f64 {
+        let draw: f64 = self.rng.sample(StandardNormal);
+        let code = f64::from(to_code((value + noise * draw) as f32));
+        (code / 65_536.0).clamp(0.0, 1.0)
     }
 
     /// The mean of one tick's scans. `noise` is the rms of that mean; each scan is quantised to 12 bits.

@@ -1,6 +1,6 @@
 //! Runs the controller against the simulated gripper and judges it by the truth.
 
-use std::time::Instant as WallClock;
+use std::time::{Duration, Instant as WallClock};
 
 use finger::chain::Chain;
 use finger::recipe::Recipe;
@@ -26,7 +26,7 @@ const GONE_M: f64 = 0.020;
 const COLLAPSE: f64 = 0.9;
 
 /// Ticks from one pose to the next.
-const POSE_TICKS: u64 = 10;
+pub const POSE_TICKS: u64 = 10;
 
 /// What the physics did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +74,18 @@ pub struct Pose {
     pub object_m: [f64; 3],
     /// Direction in which the cylinder stands.
     pub object_axis: [f64; 3],
+}
+
+impl Pose {
+    /// Where everything in the plant is now.
+    pub fn of(plant: &Plant, truth: &Truth) -> Self {
+        Self {
+            t_s: truth.t_s,
+            links_m: plant.link_ends(),
+            object_m: truth.object_m,
+            object_axis: plant.object_axis(),
+        }
+    }
 }
 
 /// A finished run.
@@ -172,33 +184,13 @@ pub fn run(
             asked_kpa: if gripping { scenario.pressure_kpa } else { 0.0 },
         });
         if tick % POSE_TICKS == 0 {
-            poses.push(Pose {
-                t_s: truth.t_s,
-                links_m: plant.link_ends(),
-                object_m: truth.object_m,
-                object_axis: plant.object_axis(),
-            });
+            poses.push(Pose::of(&plant, &truth));
         }
         if tick % 100 == 0 {
             progress(tick as f64 / ticks as f64);
         }
     }
-    let wall_s = start.elapsed().as_secs_f64();
-    let (outcome, slid_at_s) = judge(&samples);
-    Run {
-        scenario: *scenario,
-        outcome,
-        slid_at_s,
-        collapse_at_s: slid_at_s.and_then(|_| collapse(&samples)),
-        flagged_at_s: events
-            .iter()
-            .find(|timed| matches!(timed.event, Event::Lost { .. }))
-            .map(|timed| timed.t_s),
-        realtime_factor: (ticks * TICK_US) as f64 * 1e-6 / wall_s,
-        samples,
-        poses,
-        events,
-    }
+    Run::new(scenario, samples, poses, events, start.elapsed())
 }
 
 /// Whether and when the object moved against the palm between lift and release.
@@ -248,6 +240,31 @@ fn collapse(samples: &[Sample]) -> Option<f64> {
 }
 
 impl Run {
+    /// Judges what happened by the truth in the samples. It took `wall` on the clock on the wall.
+    pub fn new(
+        scenario: &Scenario,
+        samples: Vec<Sample>,
+        poses: Vec<Pose>,
+        events: Vec<TimedEvent>,
+        wall: Duration,
+    ) -> Self {
+        let (outcome, slid_at_s) = judge(&samples);
+        Self {
+            scenario: *scenario,
+            outcome,
+            slid_at_s,
+            collapse_at_s: slid_at_s.and_then(|_| collapse(&samples)),
+            flagged_at_s: events
+                .iter()
+                .find(|timed| matches!(timed.event, Event::Lost { .. }))
+                .map(|timed| timed.t_s),
+            realtime_factor: (samples.len() as u64 * TICK_US) as f64 * 1e-6 / wall.as_secs_f64(),
+            samples,
+            poses,
+            events,
+        }
+    }
+
     /// From the collapse to the flag, ms.
     pub fn latency_ms(&self) -> Option<f64> {
         Some(1e3 * (self.flagged_at_s? - self.collapse_at_s?))
