@@ -17,7 +17,7 @@ use softgrip::units::DacCode;
 use twin::plant::Pins;
 
 use crate::board::{DacWrite, Nucleo, Restart};
-use crate::image::Image;
+use crate::image::{Image, RAM};
 use crate::rtt::{self, Rtt};
 
 /// Nanoseconds of a millisecond.
@@ -65,6 +65,8 @@ pub struct Record {
     pub ticks: Vec<Tick>,
     /// Every restart.
     pub resets: Vec<Reset>,
+    /// Every arrival at the watched instruction.
+    pub hits: Vec<VirtualNanos>,
     /// Every moment in which something came into the RTT buffer, where that was asked for.
     pub rtt_writes: Vec<VirtualNanos>,
     /// Milliseconds that were run.
@@ -113,6 +115,8 @@ pub struct Setup<'a> {
     pub telemetry_us: u32,
     /// What the clock's count of half-periods starts from, where not from zero.
     pub clock_periods: Option<u32>,
+    /// An instruction whose arrivals are noted.
+    pub watch: Option<u64>,
     /// Whether the moments are noted in which something comes into the RTT buffer. Slows the run down.
     pub watch_rtt: bool,
 }
@@ -126,6 +130,7 @@ impl<'a> Setup<'a> {
             placed: None,
             telemetry_us: 20_000,
             clock_periods: None,
+            watch: None,
             watch_rtt: false,
         }
     }
@@ -135,8 +140,6 @@ impl<'a> Setup<'a> {
 pub struct Moment<'a> {
     /// Milliseconds since power-on.
     pub ms: u64,
-    /// What has been so far.
-    pub record: &'a Record,
     session: &'a mut Session<Nucleo>,
     host: &'a mut dyn Host,
     levels: &'a mut Levels,
@@ -197,9 +200,17 @@ impl Moment<'_> {
             .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))
     }
 
-    /// Has the next access to a range of registers fail on the bus.
-    pub fn fail_access(&mut self, from: u64, to: u64) {
-        self.session.fail_next(from, to);
+    /// Fills the chip's RAM with what it holds after a power-on: nothing in particular.
+    pub fn scramble_ram(&mut self) -> anyhow::Result<()> {
+        let mut noise = 0x9e37_79b9u32;
+        for address in RAM.step_by(4) {
+            // xorshift
+            noise ^= noise << 13;
+            noise ^= noise >> 17;
+            noise ^= noise << 5;
+            self.set_word(address, noise)?;
+        }
+        Ok(())
     }
 
     /// Restarts the chip.
@@ -217,6 +228,8 @@ struct Bench<S, F> {
     next_ms: u64,
     rtt: Rtt,
     levels: Levels,
+    /// Address of the controller's step.
+    step: u64,
     /// A call of the controller whose result has not been written yet.
     open: Option<Tick>,
     resets: usize,
@@ -277,7 +290,6 @@ where
         self.record.instructions = stop.instruction_count;
         let mut moment = Moment {
             ms,
-            record: &self.record,
             session,
             host,
             levels: &mut self.levels,
@@ -310,7 +322,7 @@ where
                     }
                 }
             }
-            Settled::Hit(hit) if hit.kind == HitKind::Instruction => {
+            Settled::Hit(hit) if hit.address == self.step => {
                 self.open = Some(Tick {
                     at: hit.at,
                     retired: hit.instruction_count,
@@ -318,6 +330,7 @@ where
                     dac: DacCode(0),
                 });
             }
+            Settled::Hit(hit) => self.record.hits.push(hit.at),
             Settled::Access { access, value }
                 if access.kind == AccessKind::Write && access.address == holding_register() =>
             {
@@ -378,6 +391,9 @@ pub fn run<S: Send + 'static>(
     }
     let mut session = Session::new(Box::new(Nucleo::new()?), 0, VirtualNanos(0))?;
     session.watch(Watch::Instruction(step.address));
+    if let Some(address) = setup.watch {
+        session.watch(Watch::Instruction(address));
+    }
     let block = image.variable("_SEGGER_RTT")?.address;
     if setup.watch_rtt {
         session.watch(Watch::Writes {
@@ -400,6 +416,7 @@ pub fn run<S: Send + 'static>(
         next_ms: 0,
         rtt,
         levels: Levels::default(),
+        step: step.address,
         open: None,
         resets: 0,
         presets,

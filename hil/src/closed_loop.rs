@@ -29,9 +29,13 @@ pub const REST: Levels = Levels {
 /// When the arm sets off, ms: the image runs, and knows the noise of its gauges.
 const START_MS: u64 = 100;
 
+/// A converter's code as a share of its reference.
+fn share(code: f32) -> f64 {
+    f64::from(code) / 65_536.0
+}
+
 /// Open fingers without pressure.
 pub fn pins_at_rest() -> Pins {
-    let share = |code: f32| f64::from(code) / 65_536.0;
     let front_end = FrontEnd::REFERENCE;
     Pins {
         gauges: [share(front_end.gauge_code(Microstrain(0.0))); 3],
@@ -53,6 +57,8 @@ pub struct Loop {
     poses: Vec<Pose>,
     /// The robot has asked for a grip.
     gripped: bool,
+    /// The 24 V supply, where it is not what it should be, V.
+    pub supply_v: Option<f32>,
 }
 
 impl Loop {
@@ -63,6 +69,7 @@ impl Loop {
             truths: Vec::new(),
             poses: Vec::new(),
             gripped: false,
+            supply_v: None,
         }
     }
 
@@ -78,7 +85,10 @@ impl Loop {
             moment.set_levels(REST);
             return true;
         }
-        let (pins, truth) = self.plant.step_pins(moment.command());
+        let (mut pins, truth) = self.plant.step_pins(moment.command());
+        if let Some(supply) = self.supply_v {
+            pins.supply = share(FrontEnd::REFERENCE.supply_code(Volts(supply)));
+        }
         moment.set_pins(&pins);
         let grip = truth.arm.phase.wants_grip();
         self.gripped |= grip;
@@ -112,18 +122,13 @@ pub fn run(
     image: &Image,
     scenario: &Scenario,
     until_ms: Option<u64>,
-    mut progress: impl FnMut(f64) + Send + 'static,
 ) -> anyhow::Result<Closed> {
     let setup = Setup {
         telemetry_us: TICK_US as u32,
         ..Setup::new(image, Host::Reading)
     };
     let plant = Loop::new(scenario, &chain()?);
-    let total = plant.duration_ms();
     let (plant, record) = bench::run(&setup, plant, move |plant, moment| {
-        if moment.ms.is_multiple_of(100) {
-            progress(moment.ms as f64 / total as f64);
-        }
         let on_its_way = plant.step(moment);
         let done = plant.truths.len() as u64;
         Ok(on_its_way && until_ms.is_none_or(|until| done < until))

@@ -16,7 +16,8 @@ const TARGET: &str = "thumbv7em-none-eabihf";
 /// 16 exceptions of the core and 91 interrupts of an STM32F42x (RM0090, table 62).
 const VECTORS: u64 = 16 + 91;
 const FLASH: std::ops::Range<u64> = 0x0800_0000..0x0820_0000;
-const RAM: std::ops::Range<u64> = 0x2000_0000..0x2003_0000;
+/// SRAM1 to SRAM3.
+pub const RAM: std::ops::Range<u64> = 0x2000_0000..0x2003_0000;
 
 /// A function or variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -204,6 +205,22 @@ impl Image {
             }
         }
         Ok(())
+    }
+
+    /// Where the stack lies: from the chip's start of RAM, or the last variable below, up to where it begins.
+    pub fn stack(&self) -> anyhow::Result<std::ops::Range<u64>> {
+        let file = object::File::parse(self.bytes.as_slice())?;
+        let vectors = file.section_by_name(".vector_table").context("no vectors")?;
+        let first: [u8; 4] = vectors.data()?[..4].try_into()?;
+        let top = u64::from(u32::from_le_bytes(first));
+        let bottom = self
+            .sections
+            .iter()
+            .filter(|section| section.ram > 0 && section.address < top)
+            .map(|section| section.address + section.size)
+            .max()
+            .unwrap_or(RAM.start);
+        Ok(bottom.next_multiple_of(4)..top)
     }
 
     /// The function whose name without generics ends like this.

@@ -1,44 +1,36 @@
 //! The firmware's image on an emulated microcontroller, closed with the simulated gripper.
+//!
+//! ```text
+//! image ─► bench (board, chip, host at the debug port) ◄─ millisecond by millisecond ─► twin::plant
+//!            │ messages, outputs, ticks
+//!            ├─► recording ─► the same ticks by the host's controller
+//!            └─► suite: what must hold, with its numbers
+//! ```
 #![forbid(unsafe_code)]
-#![allow(dead_code)]
 
-mod bench;
-mod board;
-mod calls;
-mod closed_loop;
 mod image;
-mod recording;
+
+mod board;
 mod rtt;
 
-use softgrip::inputs::Levels;
+mod bench;
 
-fn main() -> anyhow::Result<()> {
-    let image = image::Image::read(std::path::Path::new(&std::env::args().nth(1).unwrap()))?;
-    let setup = bench::Setup::new(&image, rtt::Host::Reading);
-    let ((), record) = bench::run(&setup, (), |(), moment| {
-        if moment.ms == 0 {
-            moment.set_levels(Levels {
-                stop_closed: true,
-                ..Levels::default()
-            });
-            moment.set_pins(&twin::plant::Pins {
-                gauges: [0.5; 3],
-                monitor: 0.0,
-                supply: 24.0 / 11.0 / 3.3,
-            });
-        }
-        Ok(moment.ms < 1000)
-    })?;
-    for message in record.messages.iter().take(10) {
-        println!("{} {}", message.ms, message.text);
-    }
-    println!("{:?}", &record.dac[..record.dac.len().min(10)]);
-    println!("{:?}", &record.ticks[..record.ticks.len().min(5)]);
-    println!(
-        "{:?} {} {}",
-        record.resets,
-        record.instructions,
-        record.realtime_factor()
-    );
-    Ok(())
+mod closed_loop;
+mod recording;
+
+mod calls;
+mod inject;
+
+mod cli;
+mod suite;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    cli::run(&cli::Cli::parse()).unwrap_or_else(|error| {
+        eprintln!("softgrip-hil: {error:#}");
+        ExitCode::from(2)
+    })
 }

@@ -79,7 +79,7 @@ fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
 
 fn restarted(context: &Context<'_>, restart: Restart, says: &str) -> anyhow::Result<Outcome> {
     let setup = Setup::new(context.image, Host::Reading);
-    let (incident, record) = while_holding(&setup, move |moment| {
+    let (incident, record) = while_holding(&setup, move |_, moment| {
         if restart == Restart::PowerOn {
             moment.scramble_ram()?;
         }

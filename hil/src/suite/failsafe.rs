@@ -10,7 +10,7 @@ use super::boot::SAFE_AFTER_RESET_MS;
 use super::{Context, Outcome, Test};
 use crate::bench::{self, MS, Moment, Record, Setup};
 use crate::closed_loop::{self, Loop};
-use crate::inject::{self, Task, Wrong};
+use crate::inject::{self, Derailment, Task, Wrong};
 use crate::rtt::Host;
 
 pub const TESTS: [Test; 9] = [
@@ -79,7 +79,7 @@ const AFTER_MS: u64 = 500;
 /// Grips the sphere, and does something once it is held. The robot's grip input stays on.
 pub fn while_holding(
     setup: &Setup<'_>,
-    mut act: impl FnMut(&mut Moment<'_>) -> anyhow::Result<()> + Send + 'static,
+    mut act: impl FnMut(&mut Loop, &mut Moment<'_>) -> anyhow::Result<()> + Send + 'static,
 ) -> anyhow::Result<(Incident, Record)> {
     let plant = Loop::new(&Scenario::default(), &closed_loop::chain()?);
     let state = (plant, None::<u64>, Incident::default());
@@ -93,7 +93,7 @@ pub fn while_holding(
         if *held == Some(ms - HELD_MS.min(ms)) {
             incident.at_ms = ms;
             incident.command = moment.command();
-            act(moment)?;
+            act(plant, moment)?;
         }
         incident.at_the_end = moment.indicators();
         Ok(held.is_none_or(|held| ms < held + HELD_MS + AFTER_MS))
@@ -158,10 +158,8 @@ fn watchdog(context: &Context<'_>, task: Task, wrong: Wrong) -> anyhow::Result<O
         placed: Some(inject::placed(image)?),
         ..Setup::new(image, Host::Reading)
     };
-    let place = inject::place(image, task)?;
-    let (incident, record) = while_holding(&setup, move |moment| {
-        moment.set_word(place, wrong.pointer())
-    })?;
+    let derailment = Derailment::new(image, task, wrong)?;
+    let (incident, record) = while_holding(&setup, move |_, moment| derailment.apply(moment))?;
     let mut outcome = Outcome::default();
     vented_and_back(
         &incident,
@@ -188,10 +186,8 @@ fn crash(context: &Context<'_>, wrong: Wrong, says: &str) -> anyhow::Result<Outc
         watch_rtt: true,
         ..Setup::new(image, Host::Reading)
     };
-    let place = inject::place(image, Task::Telemetry)?;
-    let (incident, record) = while_holding(&setup, move |moment| {
-        moment.set_word(place, wrong.pointer())
-    })?;
+    let derailment = Derailment::new(image, Task::Telemetry, wrong)?;
+    let (incident, record) = while_holding(&setup, move |_, moment| derailment.apply(moment))?;
     let mut outcome = Outcome::default();
     vented_and_back(
         &incident,
@@ -238,7 +234,7 @@ fn overrun(context: &Context<'_>) -> anyhow::Result<Outcome> {
     };
     // DMA2 stream 0, its enable bit.
     let (stream, enable) = (0x4002_6410, 1);
-    let (_, record) = while_holding(&setup, move |moment| {
+    let (_, record) = while_holding(&setup, move |_, moment| {
         let control = moment.register(stream)?;
         moment.set_register(stream, control & !enable)
     })?;
@@ -287,10 +283,13 @@ fn overrun(context: &Context<'_>) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
+/// Below the 20.4 V at which a regulator may fail.
+const SAG_V: f32 = 19.0;
+
 fn sag(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let setup = Setup::new(context.image, Host::Reading);
-    let (incident, record) = while_holding(&setup, |moment| {
-        moment.sag();
+    let (incident, record) = while_holding(&setup, |plant, _| {
+        plant.supply_v = Some(SAG_V);
         Ok(())
     })?;
     let mut outcome = Outcome::default();

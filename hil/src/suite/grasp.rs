@@ -62,7 +62,7 @@ fn grasp(
     physics: Physics,
 ) -> anyhow::Result<Outcome> {
     let scenario = scenario(object, mass_kg, accel_m_s2);
-    let closed = closed_loop::run(context.image, &scenario, None, |_| {})?;
+    let closed = closed_loop::run(context.image, &scenario, None)?;
     let mut outcome = Outcome::default();
     same_as_host(&closed, &mut outcome);
 
@@ -135,7 +135,7 @@ fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
 
 fn repeat(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let scenario = scenario(ObjectKind::Sphere, 0.150, 10.0);
-    let run = || closed_loop::run(context.image, &scenario, Some(2_500), |_| {});
+    let run = || closed_loop::run(context.image, &scenario, Some(2_500));
     let (first, second) = (run()?.record, run()?.record);
     let mut outcome = Outcome::default();
     outcome.number("RTT bytes", first.rtt_bytes as f64, "");
