@@ -27,7 +27,7 @@ pub struct Tick {
 }
 
 /// Four ticks that are as eventful as a tick can be.
-const EVENTS_HELD: usize = 4 * softgrip::telemetry::EVENTS;
+pub const EVENTS_HELD: usize = 4 * softgrip::telemetry::EVENTS;
 
 /// Runs the control task; polled by the board's spare interrupt.
 pub static HIGH_PRIORITY: InterruptExecutor = InterruptExecutor::new();
