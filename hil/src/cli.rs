@@ -176,7 +176,7 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = &dir {
         files::write(dir, "trace.csv", &trace::of_runs(&runs)?)?;
         files::write(dir, "trace.svg", plot::grasp(&runs)?.as_bytes())?;
-        let film = side_view::film(&closed_loop::chain()?, &runs);
+        let film = side_view::film(closed_loop::chain()?, &runs);
         files::write(dir, "grasp.svg", film.as_bytes())?;
         if !args.json {
             println!(

@@ -1,11 +1,15 @@
 //! The image and the simulated gripper, one millisecond each in turn.
 
+use std::sync::OnceLock;
+
 use anyhow::{Context, ensure};
 use finger::chain::Chain;
+use finger::recipe;
 use rigless::time::VirtualNanos;
 use softgrip::TICK_US;
 use softgrip::frontend::FrontEnd;
 use softgrip::inputs::Levels;
+use softgrip::table::FINGER;
 use softgrip::units::{Kilopascals, Microstrain, Volts};
 use twin::events::TimedEvent;
 use twin::gripper::Gripper;
@@ -44,10 +48,18 @@ pub fn pins_at_rest() -> Pins {
     }
 }
 
-/// The finger that the image was built for.
-pub fn chain() -> anyhow::Result<Chain> {
-    let path = crate::image::root().join("recipes/rtv225.toml");
-    Ok(finger::recipe::load(&path)?.chain)
+/// The finger that the image was built for. It takes a second to compute, once.
+pub fn chain() -> anyhow::Result<&'static Chain> {
+    static CHAIN: OnceLock<Chain> = OnceLock::new();
+    if let Some(chain) = CHAIN.get() {
+        return Ok(chain);
+    }
+    let recipe = recipe::load(&crate::image::root().join("recipes/rtv225.toml"))?;
+    ensure!(
+        recipe.inputs_hash == FINGER.inputs_hash,
+        "the program was built for another finger than recipes/rtv225.toml: unset SOFTGRIP_RECIPE"
+    );
+    Ok(CHAIN.get_or_init(|| recipe.chain))
 }
 
 /// The gripper at the image's pins.
@@ -127,7 +139,7 @@ pub fn run(
         telemetry_us: TICK_US as u32,
         ..Setup::new(image, Host::Reading)
     };
-    let plant = Loop::new(scenario, &chain()?);
+    let plant = Loop::new(scenario, chain()?);
     let (plant, record) = bench::run(&setup, plant, move |plant, moment| {
         let on_its_way = plant.step(moment);
         let done = plant.truths.len() as u64;

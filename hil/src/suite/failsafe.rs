@@ -46,7 +46,7 @@ pub const TESTS: [Test; 9] = [
     },
     Test {
         name: "hard fault: stack overflow",
-        about: "the same, and no variable below the stack is touched",
+        about: "the same, on a stack that starts over",
         run: |context| crash(context, Wrong::StackOverflow, "hard fault: stack overflow"),
     },
     Test {
@@ -81,7 +81,7 @@ pub fn while_holding(
     setup: &Setup<'_>,
     mut act: impl FnMut(&mut Loop, &mut Moment<'_>) -> anyhow::Result<()> + Send + 'static,
 ) -> anyhow::Result<(Incident, Record)> {
-    let plant = Loop::new(&Scenario::default(), &closed_loop::chain()?);
+    let plant = Loop::new(&Scenario::default(), closed_loop::chain()?);
     let state = (plant, None::<u64>, Incident::default());
     let ((_, held, incident), record) = bench::run(setup, state, move |state, moment| {
         let (plant, held, incident) = state;
@@ -187,7 +187,10 @@ fn crash(context: &Context<'_>, wrong: Wrong, says: &str) -> anyhow::Result<Outc
         ..Setup::new(image, Host::Reading)
     };
     let derailment = Derailment::new(image, Task::Telemetry, wrong)?;
-    let (incident, record) = while_holding(&setup, move |_, moment| derailment.apply(moment))?;
+    let (incident, record) = while_holding(&setup, move |_, moment| {
+        moment.guard_ram();
+        derailment.apply(moment)
+    })?;
     let mut outcome = Outcome::default();
     vented_and_back(
         &incident,

@@ -127,7 +127,7 @@ fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
     Ok(sim::run(
         scenario,
         &Gripper::reference(),
-        &closed_loop::chain()?,
+        closed_loop::chain()?,
         controller,
         |_| {},
     ))
