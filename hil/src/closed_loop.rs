@@ -130,11 +130,7 @@ pub struct Closed {
 }
 
 /// Runs a scenario under the image, with every tick recorded, until the arm is done or `until_ms`.
-pub fn run(
-    image: &Image,
-    scenario: &Scenario,
-    until_ms: Option<u64>,
-) -> anyhow::Result<Closed> {
+pub fn run(image: &Image, scenario: &Scenario, until_ms: Option<u64>) -> anyhow::Result<Closed> {
     let setup = Setup {
         telemetry_us: TICK_US as u32,
         ..Setup::new(image, Host::Reading)

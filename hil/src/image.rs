@@ -210,7 +210,9 @@ impl Image {
     /// Where the stack lies: from the chip's start of RAM, or the last variable below, up to where it begins.
     pub fn stack(&self) -> anyhow::Result<std::ops::Range<u64>> {
         let file = object::File::parse(self.bytes.as_slice())?;
-        let vectors = file.section_by_name(".vector_table").context("no vectors")?;
+        let vectors = file
+            .section_by_name(".vector_table")
+            .context("no vectors")?;
         let first: [u8; 4] = vectors.data()?[..4].try_into()?;
         let top = u64::from(u32::from_le_bytes(first));
         let bottom = self

@@ -189,7 +189,11 @@ fn finish(test: Test, context: &Context<'_>) -> Finished {
 /// A few lines about a test.
 fn text(done: &Finished) -> String {
     let outcome = &done.outcome;
-    let word = if outcome.failures.is_empty() { "ok  " } else { "FAIL" };
+    let word = if outcome.failures.is_empty() {
+        "ok  "
+    } else {
+        "FAIL"
+    };
     let mut text = format!(
         "{word}  {}: {} ({:.0} s)\n",
         done.test.name, done.test.about, done.seconds

@@ -56,7 +56,12 @@ fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::default();
     let defined = record.dac.iter().find(|write| write.code.is_some());
     let defined_ms = defined.map_or(f64::NAN, |write| write.at.0 as f64 / MS as f64);
-    outcome.at_most("reset to defined command", defined_ms, "ms", SAFE_AFTER_RESET_MS);
+    outcome.at_most(
+        "reset to defined command",
+        defined_ms,
+        "ms",
+        SAFE_AFTER_RESET_MS,
+    );
     let highest = record.dac.iter().filter_map(|write| write.code).max();
     let highest = highest.map_or(f64::NAN, |code| f64::from(code.0));
     outcome.at_most("highest code before any grip", highest, "", 0.0);
@@ -121,4 +126,3 @@ fn grip_at_power_up(context: &Context<'_>) -> anyhow::Result<Outcome> {
     outcome.at_most("input on to pressure", after_ms, "ms", 7.0);
     Ok(outcome)
 }
-

@@ -127,7 +127,12 @@ pub fn vented_and_back(
     let after = record.dac.iter().filter(|write| write.at >= reset.at);
     let defined = after.clone().find(|write| write.code.is_some());
     let defined_ms = defined.map_or(f64::NAN, |write| since_ms(reset.at, write.at));
-    outcome.at_most("reset to defined command", defined_ms, "ms", SAFE_AFTER_RESET_MS);
+    outcome.at_most(
+        "reset to defined command",
+        defined_ms,
+        "ms",
+        SAFE_AFTER_RESET_MS,
+    );
     let highest = after.filter_map(|write| write.code).max();
     let highest = highest.map_or(f64::NAN, |code| f64::from(code.0));
     outcome.at_most("highest code after the reset", highest, "", 0.0);
@@ -248,7 +253,11 @@ fn overrun(context: &Context<'_>) -> anyhow::Result<Outcome> {
         outcome.failures.push("no tick has seen an overrun".into());
         return Ok(outcome);
     };
-    let overruns = recording.ticks.iter().filter(|seen| seen.frame.overrun).count();
+    let overruns = recording
+        .ticks
+        .iter()
+        .filter(|seen| seen.frame.overrun)
+        .count();
     outcome.number("ticks that saw an overrun", overruns as f64, "");
     // The order of the channels: nothing jumps by more than the carried sphere makes it.
     let far = |a: u16, b: u16| f64::from(a.abs_diff(b)) / 16.0;
@@ -262,7 +271,10 @@ fn overrun(context: &Context<'_>) -> anyhow::Result<Outcome> {
             frame.supply.0,
         ]
     };
-    let (before, after) = (codes(lost - 1), codes((lost + 10).min(recording.ticks.len() - 1)));
+    let (before, after) = (
+        codes(lost - 1),
+        codes((lost + 10).min(recording.ticks.len() - 1)),
+    );
     let jump = before
         .iter()
         .zip(after)

@@ -111,7 +111,12 @@ fn same_as_host(closed: &Closed, outcome: &mut Outcome) {
         .zip(&record.ticks)
         .filter(|(seen, tick)| seen.dac != tick.dac)
         .count();
-    outcome.at_most("codes at the converter that differ", put_out as f64, "", 0.0);
+    outcome.at_most(
+        "codes at the converter that differ",
+        put_out as f64,
+        "",
+        0.0,
+    );
     outcome.must(
         recording.ticks.len() + 2 >= record.ticks.len(),
         format!(

@@ -103,7 +103,12 @@ fn jitter(record: &Record, outcome: &mut Outcome) {
     outcome.number("longest period", longest, "µs");
     let off = f64::max(longest - PERIOD_US, PERIOD_US - shortest);
     outcome.at_most("a period differs by", off, "µs", JITTER_US);
-    outcome.at_most("a tick is off its raster by", f64::max(late, early), "µs", JITTER_US);
+    outcome.at_most(
+        "a tick is off its raster by",
+        f64::max(late, early),
+        "µs",
+        JITTER_US,
+    );
     // The first tick comes after the start, and the last millisecond may hold none.
     let expected = record.ms as f64 - first / PERIOD_US;
     outcome.must(
