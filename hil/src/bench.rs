@@ -23,6 +23,24 @@ use crate::rtt::{self, Rtt};
 /// Nanoseconds of a millisecond.
 pub const MS: u64 = 1_000_000;
 
+/// The control tick comes 0.15 ms after the whole millisecond. What stands at the pins changes just after it,
+/// so that a tick averages one state of the gripper and not two.
+const AFTER_THE_TICK: u64 = 200_000;
+
+/// When the script is called for the `ms`th time.
+pub fn moment_at(ms: u64) -> VirtualNanos {
+    VirtualNanos(if ms == 0 { 0 } else { ms * MS + AFTER_THE_TICK })
+}
+
+/// A variable that gets a value once the firmware has set up its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Preset {
+    /// Where it lies.
+    pub address: u64,
+    /// What it gets.
+    pub value: u32,
+}
+
 /// A message of the firmware, and the millisecond in which it was taken.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Message {
@@ -113,8 +131,8 @@ pub struct Setup<'a> {
     pub placed: Option<Placed>,
     /// Time between two snapshots, µs.
     pub telemetry_us: u32,
-    /// What the clock's count of half-periods starts from, where not from zero.
-    pub clock_periods: Option<u32>,
+    /// Another variable with a value of its own.
+    pub preset: Option<Preset>,
     /// An instruction whose arrivals are noted.
     pub watch: Option<u64>,
     /// Whether the moments are noted in which something comes into the RTT buffer. Slows the run down.
@@ -129,7 +147,7 @@ impl<'a> Setup<'a> {
             host,
             placed: None,
             telemetry_us: 20_000,
-            clock_periods: None,
+            preset: None,
             watch: None,
             watch_rtt: false,
         }
@@ -242,7 +260,7 @@ struct Bench<S, F> {
     open: Option<Tick>,
     resets: usize,
     /// Variables that are set once the firmware has set up its own.
-    presets: Vec<(u64, u32)>,
+    presets: Vec<Preset>,
     preset: bool,
     record: Record,
     digest: Sha256,
@@ -324,7 +342,7 @@ where
                 if !self.preset && access.address == holding_register() =>
             {
                 self.preset = true;
-                for &(address, value) in &self.presets {
+                for &Preset { address, value } in &self.presets {
                     if let Err(error) = host.write(address, Width::W32, value.into()) {
                         self.failed = Some(error.into());
                     }
@@ -361,7 +379,7 @@ where
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
         // A stop can be for something else, or some nanoseconds late.
-        if stop.at.0 >= self.next_ms * MS {
+        if stop.at >= moment_at(self.next_ms) {
             match self.each_ms(session, stop, host) {
                 Ok(true) => self.next_ms += 1,
                 Ok(false) => return None,
@@ -371,7 +389,7 @@ where
                 }
             }
         }
-        Some(VirtualNanos(self.next_ms * MS))
+        Some(moment_at(self.next_ms))
     }
 }
 
@@ -410,13 +428,11 @@ pub fn run<S: Send + 'static>(
         });
     }
     let period = image.variable("TELEMETRY_PERIOD_US")?.address;
-    let mut presets = vec![(period, setup.telemetry_us)];
-    if let Some(periods) = setup.clock_periods {
-        presets.push((
-            image.variable("time_driver::driver::DRIVER")?.address,
-            periods,
-        ));
-    }
+    let mut presets = vec![Preset {
+        address: period,
+        value: setup.telemetry_us,
+    }];
+    presets.extend(setup.preset);
     let rtt = Rtt::new(block, setup.host, image.table);
     let bench = Bench {
         state,

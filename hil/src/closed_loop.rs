@@ -10,14 +10,15 @@ use softgrip::TICK_US;
 use softgrip::frontend::FrontEnd;
 use softgrip::inputs::Levels;
 use softgrip::table::FINGER;
-use softgrip::units::{Kilopascals, Microstrain, Volts};
+use softgrip::telemetry::Event;
+use softgrip::units::{Instant, Kilopascals, Microstrain, Volts};
 use twin::events::TimedEvent;
 use twin::gripper::Gripper;
 use twin::plant::{Pins, Plant, Truth};
 use twin::scenario::Scenario;
 use twin::sim::{POSE_TICKS, Pose, Run, Sample};
 
-use crate::bench::{self, MS, Moment, Record, Setup};
+use crate::bench::{self, Moment, Record, Setup, moment_at};
 use crate::image::Image;
 use crate::recording::{Recording, Replay};
 use crate::rtt::Host;
@@ -166,16 +167,12 @@ fn judge(
         recording.dropped
     );
     // Time of the arm's cycle: its first step was made at the start, and is the first tick.
-    let cycle_s = |at: VirtualNanos| 1e-9 * (at.0 as f64 - (START_MS * MS) as f64) + 1e-3;
+    let cycle_s = |at: VirtualNanos| 1e-9 * (at.0 as f64 - moment_at(START_MS).0 as f64) + 1e-3;
     let mut samples = Vec::new();
     let mut tick = 0;
     for (i, truth) in plant.truths.iter().enumerate() {
-        let end = (START_MS + i as u64 + 1) * MS;
-        while record
-            .ticks
-            .get(tick + 1)
-            .is_some_and(|next| next.at.0 < end)
-        {
+        let end = moment_at(START_MS + i as u64 + 1);
+        while record.ticks.get(tick + 1).is_some_and(|next| next.at < end) {
             tick += 1;
         }
         // The last tick of the run may still be on its way to the host.
@@ -198,11 +195,19 @@ fn judge(
         .events
         .iter()
         .map(|&(tick, event)| {
-            let tick = record.ticks.get(tick).context("an event without a tick")?;
-            Ok(TimedEvent {
-                t_s: cycle_s(tick.at),
-                event,
-            })
+            let began = record.ticks.get(tick).context("an event without a tick")?;
+            let t_s = cycle_s(began.at);
+            let now = recording.ticks[tick].now;
+            let event = match event {
+                // The image's clock is not the arm's.
+                Event::Lost { onset } => Event::Lost {
+                    onset: Instant::from_micros(
+                        ((1e6 * t_s) as u64).saturating_sub(now.micros_since(onset)),
+                    ),
+                },
+                other => other,
+            };
+            Ok(TimedEvent { t_s, event })
         })
         .collect::<anyhow::Result<_>>()?;
     let mut poses = plant.poses.clone();

@@ -100,7 +100,10 @@ fn an_image_older_than_its_sources_is_refused() {
     };
     let dir = dir("old");
     let copy = write(&dir, "softgrip-fw", &image);
-    refuses(&["--image", &copy], &["list of sources", "run `cargo fw-build`"]);
+    refuses(
+        &["--image", &copy],
+        &["list of sources", "run `cargo fw-build`"],
+    );
 
     let source = write(&dir, "main.rs", b"");
     let list = format!("{copy}: {source}\n");

@@ -120,7 +120,7 @@ fn grip_at_power_up(context: &Context<'_>) -> anyhow::Result<Outcome> {
         .iter()
         .find(|write| write.code.is_some_and(|code| code > DacCode(0)));
     let after_ms = rises.map_or(f64::NAN, |write| {
-        write.at.0 as f64 / MS as f64 - on_ms as f64
+        (write.at.0 as f64 - bench::moment_at(on_ms).0 as f64) / MS as f64
     });
     // 5 ms of bounce, and a tick.
     outcome.at_most("input on to pressure", after_ms, "ms", 7.0);

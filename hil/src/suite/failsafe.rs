@@ -174,7 +174,7 @@ fn watchdog(context: &Context<'_>, task: Task, wrong: Wrong) -> anyhow::Result<O
         &mut outcome,
     );
     if let Some(reset) = record.resets.first() {
-        let ms = since_ms(VirtualNanos(incident.at_ms * MS), reset.at);
+        let ms = since_ms(bench::moment_at(incident.at_ms), reset.at);
         outcome.at_most("from the fault to the reset", ms, "ms", WATCHDOG_MS);
     }
     Ok(outcome)

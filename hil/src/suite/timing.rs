@@ -1,7 +1,7 @@
 //! The control tick is never late, whatever the host does, and for as long as you like.
 
 use super::{Context, Outcome, Test};
-use crate::bench::{self, MS, Record, Setup, Tick};
+use crate::bench::{self, MS, Preset, Record, Setup, Tick};
 use crate::closed_loop::{REST, pins_at_rest};
 use crate::rtt::Host;
 
@@ -118,14 +118,42 @@ fn jitter(record: &Record, outcome: &mut Outcome) {
     outcome.must(record.resets.is_empty(), format!("{:?}", record.resets));
 }
 
-/// Half-periods of the clock's timer, 2^15 µs each: the clock stands this far below 2^32 µs, where whatever
-/// keeps a time in 32 bits would fall over. The first interrupt adds two of them.
+/// The clock counts half-periods of its timer, 2^15 µs each. It starts this far below 2^32 µs, where
+/// whatever keeps a time in 32 bits would fall over.
 const PERIODS_BEFORE_THE_END: u32 = (1 << 17) - 1_000;
+
+/// Where the clock keeps that count: the word of its driver that grows as time passes.
+fn clock_periods(context: &Context<'_>) -> anyhow::Result<u64> {
+    let driver = context.image.variable("time_driver::driver::DRIVER")?;
+    let words = (driver.address..driver.address + driver.size).step_by(4);
+    let setup = Setup::new(context.image, Host::Absent);
+    let (seen, _) = bench::run(&setup, Vec::new(), move |seen, moment| {
+        if moment.ms == 100 || moment.ms == 432 {
+            for address in words.clone() {
+                seen.push((address, moment.word(address)?));
+            }
+        }
+        Ok(moment.ms < 432)
+    })?;
+    // 332 ms are ten of them, and a bit.
+    let (before, after) = seen.split_at(seen.len() / 2);
+    let mut counts = before
+        .iter()
+        .zip(after)
+        .filter(|(before, after)| (10..=11).contains(&after.1.wrapping_sub(before.1)));
+    match (counts.next(), counts.next()) {
+        (Some((count, _)), None) => Ok(count.0),
+        _ => anyhow::bail!("the clock's count of periods is not to be found in {seen:?}"),
+    }
+}
 
 /// Without settling anybody's fate, so long that the clock passes 2^32 µs.
 fn endurance(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let setup = Setup {
-        clock_periods: Some(PERIODS_BEFORE_THE_END),
+        preset: Some(Preset {
+            address: clock_periods(context)?,
+            value: PERIODS_BEFORE_THE_END,
+        }),
         ..Setup::new(context.image, Host::Reading)
     };
     let until_ms = (3_600_000.0 * context.hours) as u64;
