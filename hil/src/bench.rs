@@ -1,5 +1,6 @@
 //! Runs the image on the emulated board, and stops once per millisecond for a script.
 
+use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -40,6 +41,9 @@ pub struct Preset {
     /// What it gets.
     pub value: u32,
 }
+
+/// What the stack is painted with.
+const PAINT: u32 = 0xa5a5_5a5a;
 
 /// A message of the firmware, and the millisecond in which it was taken.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -216,6 +220,24 @@ impl Moment<'_> {
             .mcu()
             .write(self.stop.at, address, Width::W32, value.into())
             .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))
+    }
+
+    /// Paints the stack, before anything has been put on it.
+    pub fn paint(&mut self, stack: Range<u64>) -> anyhow::Result<()> {
+        for address in stack.step_by(4) {
+            self.set_word(address, PAINT)?;
+        }
+        Ok(())
+    }
+
+    /// Bytes from the stack's beginning down to the last where the paint is gone.
+    pub fn used(&mut self, stack: Range<u64>) -> anyhow::Result<u64> {
+        for address in stack.clone().step_by(4) {
+            if self.word(address)? != PAINT {
+                return Ok(stack.end - address);
+            }
+        }
+        Ok(0)
     }
 
     /// Has the core's stores just below RAM fail, as they do on the chip; the model lets them pass.

@@ -51,7 +51,7 @@ struct SuiteArgs {
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
     /// Virtual time of the endurance test; it passes the end of a 32-bit clock after half a minute.
-    #[arg(long, value_name = "H", default_value_t = 0.25, allow_negative_numbers = true, value_parser = within(0.02, 1_000.0))]
+    #[arg(long, value_name = "H", default_value_t = 0.1, allow_negative_numbers = true, value_parser = within(0.02, 1_000.0))]
     hours: f64,
     /// Take what is measured into hil/budgets.toml.
     #[arg(long)]

@@ -123,19 +123,11 @@ fn measure(image: &Image) -> anyhow::Result<BTreeMap<String, u64>> {
     let setup = Setup::new(image, Host::Reading);
     let ((_, used), record) = bench::run(&setup, (plant, 0), move |(plant, used), moment| {
         if moment.ms == 0 {
-            for address in stack.clone().step_by(4) {
-                moment.set_word(address, PAINT)?;
-            }
+            moment.paint(stack.clone())?;
         }
         let on_its_way = plant.step(moment);
         if !on_its_way {
-            *used = stack.end - stack.start;
-            for address in stack.clone().step_by(4) {
-                if moment.word(address)? != PAINT {
-                    *used = stack.end - address;
-                    break;
-                }
-            }
+            *used = moment.used(stack.clone())?;
         }
         Ok(on_its_way)
     })?;
@@ -161,9 +153,6 @@ fn measure(image: &Image) -> anyhow::Result<BTreeMap<String, u64>> {
     }
     Ok(measured)
 }
-
-/// What the stack is painted with.
-const PAINT: u32 = 0xa5a5_5a5a;
 
 /// The driver of the converter's ring checks its own indices: this many panicking branches, all of them
 /// impossible while its ring has a length.

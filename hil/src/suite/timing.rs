@@ -157,9 +157,31 @@ fn endurance(context: &Context<'_>) -> anyhow::Result<Outcome> {
         ..Setup::new(context.image, Host::Reading)
     };
     let until_ms = (3_600_000.0 * context.hours) as u64;
-    let record = idle(&setup, until_ms)?;
+    let stack = context.image.stack()?;
+    let (used, record) = bench::run(&setup, [0; 2], move |used, moment| {
+        if moment.ms == 0 {
+            moment.set_pins(&pins_at_rest());
+            moment.set_levels(REST);
+            moment.paint(stack.clone())?;
+        }
+        if moment.ms == until_ms / 10 {
+            used[0] = moment.used(stack.clone())?;
+        }
+        let goes_on = moment.ms < until_ms;
+        if !goes_on {
+            used[1] = moment.used(stack.clone())?;
+        }
+        Ok(goes_on)
+    })?;
     let mut outcome = Outcome::default();
     outcome.number("virtual time", context.hours, "h");
+    let [early, late] = used.map(|bytes| bytes as f64);
+    outcome.at_most(
+        "stack at the end, against its first tenth",
+        late,
+        "bytes",
+        early,
+    );
     jitter(&record, &mut outcome);
     let recording = crate::recording::Recording::of(&record.messages)?;
     outcome.at_most("messages lost", recording.dropped.into(), "", 0.0);
