@@ -231,7 +231,7 @@ impl Shares {
                 reference,
                 variance,
             };
-            fingers += 1;
+            fingers = fingers.saturating_add(1);
             all.residual += finger.residual;
             all.reference += finger.reference;
             all.variance += finger.variance;
