@@ -215,7 +215,7 @@ impl Shares {
     ) -> Option<Self> {
         let strongest = reference.iter().copied().fold(0.0, f32::max);
         let mut all = Finger::EMPTY;
-        let mut fingers = 0;
+        let mut fingers = 0usize;
         let mut emptiest: Option<Finger> = None;
         for ((residual, &reference), &variance) in
             contact.residual.iter().zip(reference).zip(noise_variance)

@@ -140,10 +140,11 @@ pub fn vented_and_back(
         record.message(reset.at.0 / MS, says).is_some(),
         format!("nothing says {says:?} after the restart"),
     );
+    // The failure stays latched until somebody acknowledges it.
     let end = incident.at_the_end;
     outcome.must(
         end == Indicators {
-            ready: true,
+            fault: true,
             ..Indicators::default()
         },
         format!("at the end the robot is told {end:?}"),
