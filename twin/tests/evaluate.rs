@@ -169,7 +169,8 @@ fn the_generator_shakes_like_the_twin_at_every_frequency() {
 }
 
 /// Knocks shift the object in the grip. How far, friction decides, and the generator's law of it is a
-/// simple one: over some knocks it must be as rough as the twin, within a factor of 1.6.
+/// simple one. Over some knocks it must be as rough as the twin; it may be rougher, for that makes false
+/// alarms more and not fewer.
 #[test]
 fn stops_and_bumps_are_as_rough_as_on_the_twin() {
     for (object, mass_kg) in GRIPS {
@@ -199,7 +200,7 @@ fn stops_and_bumps_are_as_rough_as_on_the_twin() {
             let [twin, generator] = squares.map(f64::sqrt);
             let ratio = generator / twin;
             assert!(
-                (0.6..1.6).contains(&ratio),
+                (0.7..2.5).contains(&ratio),
                 "{object}, {name}: fingers × {ratio:.2}"
             );
             let [twin, generator] = sums.map(|sum| sum / 5.0);

@@ -15,7 +15,7 @@ use super::hand::{Gauge, Hand};
 use super::response::Response;
 pub use super::routine::Activity;
 use super::routine::{Motion, motion};
-use super::{Options, roc};
+use super::{Options, response, roc};
 use crate::gripper::Gripper;
 use crate::scenario::ObjectKind;
 use crate::setup::Setup;
@@ -112,10 +112,12 @@ pub struct Tally {
 pub fn responses(base: &Setup) -> anyhow::Result<Vec<Response>> {
     let mut setups = Vec::new();
     for object in [ObjectKind::Sphere, ObjectKind::Cylinder] {
+        let mut setup = base.clone();
+        setup.scenario.object = object;
+        let closing = response::closing(&setup);
         for pressure_kpa in PRESSURES_KPA {
             for load in LOADS {
-                let mut setup = base.clone();
-                setup.scenario.object = object;
+                let mut setup = setup.clone();
                 setup.scenario.pressure_kpa = pressure_kpa;
                 let kind = match object {
                     ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
@@ -124,11 +126,14 @@ pub fn responses(base: &Setup) -> anyhow::Result<Vec<Response>> {
                 let pressure = Kilopascals(pressure_kpa as f32);
                 let (lift, _) = base.table().lift(kind, pressure);
                 setup.scenario.mass_kg = load * f64::from(lift.0) / (9.80665 + 10.0);
-                setups.push(setup);
+                setups.push((setup, closing.clone()));
             }
         }
     }
-    setups.par_iter().map(Response::of).collect()
+    setups
+        .into_par_iter()
+        .map(|(setup, closing)| Response::with(&setup, closing))
+        .collect()
 }
 
 /// Counts false reports in so many hours at a level of noise.

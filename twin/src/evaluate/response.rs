@@ -17,16 +17,19 @@ use rand_distr::StandardNormal;
 use softgrip::FINGERS;
 
 use super::case::generator;
-use crate::plant::world_config;
+use crate::plant::{Lag, world_config};
 use crate::setup::Setup;
 use crate::world::World;
 
 /// Step of the world, s.
 const STEP_S: f64 = 0.001;
-/// Rms of the acceleration under which a response is identified, m/s².
-const EXCITATION_M_S2: f64 = 2.0;
+/// Rms of the acceleration under which a response is identified, m/s²: at 2, contacts of a light cylinder
+/// slip by hairs, and the fit takes them for a slow answer.
+const EXCITATION_M_S2: f64 = 0.5;
 /// Length of that run, s.
 const EXCITED_S: f64 = 3.0;
+/// Lag before the fit, as slow as the answers, s.
+const FIT_LAG_S: f64 = 0.02;
 /// Pressures of a closing, kPa apart.
 const GRID_KPA: f64 = 2.0;
 
@@ -38,8 +41,14 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// The one that fits output to input best, in the sense of least squares of the next value.
+    /// The one that fits output to input best, in the sense of least squares of the next value. Both go
+    /// through the same lag first: slow motion counts, where a tick's own error would drown it.
     pub fn fit(input: &[f64], output: &[f64]) -> Option<Self> {
+        let lag = |values: &[f64]| -> Vec<f64> {
+            let mut lag = Lag::new(FIT_LAG_S);
+            values.iter().map(|&value| lag.step(value)).collect()
+        };
+        let (input, output) = (lag(input), lag(output));
         let mut normal = Matrix4::zeros();
         let mut right = Vector4::zeros();
         for n in 2..input.len().min(output.len()) {
@@ -84,10 +93,11 @@ impl Filter {
     }
 }
 
-/// How an object gives way across the fingers: beyond a threshold of acceleration it creeps on.
+/// How an object gives way across the fingers: once what it pulls at them, its weight included, is more
+/// than friction resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slide {
-    /// Acceleration that friction resists, m/s².
+    /// What friction resists, m/s²: of the weight, and of acceleration along and across together.
     pub threshold_m_s2: f64,
     /// What the fingers push back for each unit of the way, 1/s.
     pub restoring_per_s: f64,
@@ -104,7 +114,7 @@ pub struct Slide {
 #[derive(Debug, Clone, Copy)]
 pub struct Slider {
     slide: Slide,
-    lagged: [f64; 2],
+    lagged: [f64; 3],
     way: [f64; 2],
 }
 
@@ -113,13 +123,13 @@ impl Slider {
     pub fn new(slide: Slide) -> Self {
         Self {
             slide,
-            lagged: [0.0; 2],
+            lagged: [0.0; 3],
             way: [0.0; 2],
         }
     }
 
-    /// Change of the fingers' residuals under this acceleration across, µε.
-    pub fn step(&mut self, acceleration_m_s2: [f64; 2]) -> [f64; FINGERS] {
+    /// Change of the fingers' residuals under this acceleration, µε.
+    pub fn step(&mut self, acceleration_m_s2: [f64; 3]) -> [f64; FINGERS] {
         self.advance(acceleration_m_s2);
         let Slide {
             shift_ue, rise_ue, ..
@@ -129,17 +139,17 @@ impl Slider {
         spread([x, y]).map(|way| shift_ue * way + rise)
     }
 
-    fn advance(&mut self, acceleration_m_s2: [f64; 2]) {
+    fn advance(&mut self, acceleration_m_s2: [f64; 3]) {
         let slide = &self.slide;
-        let mut driving = [0.0; 2];
-        for i in 0..2 {
-            self.lagged[i] += slide.gain * (acceleration_m_s2[i] - self.lagged[i]);
-            driving[i] = self.lagged[i] - slide.restoring_per_s * self.way[i];
+        for (lagged, now) in self.lagged.iter_mut().zip(acceleration_m_s2) {
+            *lagged += slide.gain * (now - *lagged);
         }
-        let [x, y] = driving;
-        let size = (x * x + y * y).sqrt();
-        if size > slide.threshold_m_s2 {
-            let step = STEP_S * (1.0 - slide.threshold_m_s2 / size);
+        let x = self.lagged[0] - slide.restoring_per_s * self.way[0];
+        let y = self.lagged[1] - slide.restoring_per_s * self.way[1];
+        let z = self.lagged[2] + GRAVITY_M_S2;
+        let square = x * x + y * y + z * z;
+        if square > slide.threshold_m_s2 * slide.threshold_m_s2 {
+            let step = STEP_S * (1.0 - slide.threshold_m_s2 / square.sqrt());
             self.way[0] += step * x;
             self.way[1] += step * y;
         }
@@ -148,9 +158,9 @@ impl Slider {
 
 /// One tick of a run across the fingers.
 struct Across {
-    /// Acceleration in x and y, m/s².
-    acceleration_m_s2: [f64; 2],
-    /// What the linear answer leaves of each finger's residual, µε.
+    /// Acceleration, m/s².
+    acceleration_m_s2: [f64; 3],
+    /// What the linear answers leave of each finger's residual, µε.
     left_ue: [f64; FINGERS],
     /// What the tick counts for.
     weight: f64,
@@ -158,7 +168,7 @@ struct Across {
 
 impl Slide {
     /// Thresholds, restorations and lags that are tried.
-    const THRESHOLDS_M_S2: std::ops::Range<u32> = 4..30;
+    const THRESHOLDS_M_S2: std::ops::Range<u32> = 11..36;
     const RESTORING_PER_S: [f64; 6] = [0.0, 2.0, 5.0, 10.0, 20.0, 40.0];
     const GAINS: [f64; 4] = [1.0, 0.2, 0.1, 0.05];
 
@@ -252,10 +262,14 @@ pub struct Response {
 }
 
 impl Response {
-    /// Identifies the response of what a setup holds at its pressure.
+    /// Identifies the response of what a setup holds at its pressure, and its closing.
     pub fn of(setup: &Setup) -> anyhow::Result<Self> {
+        Self::with(setup, closing(setup))
+    }
+
+    /// The same where the closing is known: mean residual of a finger in steps of 2 kPa, µε.
+    pub fn with(setup: &Setup, residual_ue: Vec<f64>) -> anyhow::Result<Self> {
         let pressure_kpa = setup.scenario.pressure_kpa;
-        let residual_ue = closing(setup);
         let mut rng = generator(0, 0, 0);
         let mut along = [Vec::new(), Vec::new()];
         let mut across = [Vec::new(), Vec::new()];
@@ -264,7 +278,8 @@ impl Response {
         let plateau = bench.residual_ue();
         let mut drive = [Noise::default(); 3];
         for _ in 0..(EXCITED_S / STEP_S) as usize {
-            let acceleration = bench.confined(home_m, drive.each_mut().map(|noise| noise.step(&mut rng)));
+            let acceleration =
+                bench.confined(home_m, drive.each_mut().map(|noise| noise.step(&mut rng)));
             bench.step(acceleration);
             let now = bench.residual_ue();
             let change: [f64; FINGERS] = std::array::from_fn(|i| now[i] - plateau[i]);
@@ -285,7 +300,7 @@ impl Response {
             residual_ue,
             along,
             across,
-            slide: Slide::fit(&knocks(setup, across)),
+            slide: Slide::fit(&knocks(setup, along, across)),
         })
     }
 
@@ -298,29 +313,32 @@ impl Response {
     }
 }
 
-/// Half sines across the fingers under which an object is made to give way: peak, m/s², length, s, and
-/// direction in units of a sixth of a turn.
-const KNOCKS: [(f64, f64, f64); 9] = [
-    (10.0, 0.30, 2.0),
-    (12.0, 0.15, 0.0),
-    (16.0, 0.10, 3.5),
-    (20.0, 0.08, 1.2),
-    (14.0, 0.20, 4.6),
-    (30.0, 0.015, 2.3),
-    (50.0, 0.010, 5.8),
-    (18.0, 0.12, 2.9),
-    (40.0, 0.015, 0.4),
+/// Half sines under which an object is made to give way: peak, m/s², length, s, direction across in units
+/// of a sixth of a turn, and share along.
+const KNOCKS: [(f64, f64, f64, f64); 10] = [
+    (10.0, 0.30, 2.0, 0.0),
+    (12.0, 0.15, 0.0, 0.4),
+    (16.0, 0.10, 3.5, -0.4),
+    (20.0, 0.08, 1.2, 0.0),
+    (14.0, 0.20, 4.6, 0.2),
+    (30.0, 0.015, 2.3, -0.2),
+    (50.0, 0.010, 5.8, 0.4),
+    (18.0, 0.12, 2.9, 0.5),
+    (40.0, 0.015, 0.4, 0.0),
+    (18.0, 0.12, 5.3, -0.6),
 ];
 /// Time from one to the next, s.
 const KNOCK_S: f64 = 0.4;
+/// Standard gravity, m/s².
+const GRAVITY_M_S2: f64 = 9.80665;
 
 /// What the linear answers leave of the residuals under knocks.
-fn knocks(setup: &Setup, across: Difference) -> Vec<Across> {
+fn knocks(setup: &Setup, along: Difference, across: Difference) -> Vec<Across> {
     let mut bench = Bench::holding(setup, setup.scenario.pressure_kpa);
     let plateau = bench.residual_ue();
-    let mut filters = [across, across].map(Filter::new);
+    let mut filters = [along, across, across].map(Filter::new);
     let mut run: Vec<Across> = Vec::new();
-    for (peak_m_s2, length_s, sixth) in KNOCKS {
+    for (peak_m_s2, length_s, sixth, share) in KNOCKS {
         let angle = TAU * sixth / 6.0;
         let first = run.len();
         for n in 0..(KNOCK_S / STEP_S) as usize {
@@ -329,14 +347,17 @@ fn knocks(setup: &Setup, across: Difference) -> Vec<Across> {
                 true => peak_m_s2 * (0.5 * TAU * t_s / length_s).sin(),
                 false => 0.0,
             };
-            let [x, y] = [size * angle.cos(), size * angle.sin()];
-            bench.step([x, y, 0.0]);
+            let flat = size * f64::sqrt(1.0 - share * share);
+            let acceleration_m_s2 = [flat * angle.cos(), flat * angle.sin(), share * size];
+            bench.step(acceleration_m_s2);
             let now = bench.residual_ue();
-            let [first, second] = &mut filters;
+            let [x, y, z] = acceleration_m_s2;
+            let [along, first, second] = &mut filters;
+            let along = along.step(z);
             let linear = spread([first.step(x), second.step(y)]);
             run.push(Across {
-                acceleration_m_s2: [x, y],
-                left_ue: std::array::from_fn(|i| now[i] - plateau[i] - linear[i]),
+                acceleration_m_s2,
+                left_ue: std::array::from_fn(|i| now[i] - plateau[i] - along - linear[i]),
                 weight: 0.0,
             });
         }
@@ -380,7 +401,7 @@ impl Held {
         let [x, y, z] = acceleration_m_s2;
         let along = self.along.step(z);
         let across = [self.across[0].step(x), self.across[1].step(y)];
-        let shifted = self.slider.step([x, y]);
+        let shifted = self.slider.step(acceleration_m_s2);
         let linear = spread(across);
         std::array::from_fn(|i| along + linear[i] + shifted[i])
     }
@@ -481,15 +502,15 @@ impl Bench {
     }
 }
 
-/// Mean residual of a finger while the object is gripped slowly on its fixture.
-fn closing(setup: &Setup) -> Vec<f64> {
+/// Mean residual of a finger while the object is gripped slowly on its fixture; its mass has no share in it.
+pub fn closing(setup: &Setup) -> Vec<f64> {
     let mut bench = Bench::open(setup);
     let steps = (setup.chain.max_pressure_kpa() / GRID_KPA) as usize;
     (0..=steps)
         .map(|n| {
             bench.pressure_kpa = n as f64 * GRID_KPA;
-            // Slow against the finger's 26 ms: 20 ms for each 2 kPa.
-            for _ in 0..20 {
+            // Slow against the finger's 26 ms: 50 ms for each 2 kPa.
+            for _ in 0..50 {
                 bench.step([0.0; 3]);
             }
             let sum: f64 = bench.residual_ue().iter().sum();
