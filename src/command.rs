@@ -18,6 +18,18 @@ pub enum Grip {
     Payload(Payload),
 }
 
+/// What the arm does, if the robot tells. A slip or a loss at rest is then told sooner, for it need not be
+/// told from what an arm's motion does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Motion {
+    /// It may move, or nobody says.
+    #[default]
+    Moving,
+    /// It stands still.
+    Still,
+}
+
 /// What is to be carried, and how fast.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -77,6 +89,8 @@ pub enum Command {
     Continue,
     /// The robot is there and wants nothing new; any other command says that too.
     Alive,
+    /// What the arm does from now on.
+    Motion(Motion),
     /// Close the fingers.
     Grip(Grip),
     /// Let go.

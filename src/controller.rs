@@ -1,6 +1,6 @@
 //! One control tick, from converter codes to converter codes.
 
-use crate::command::Command;
+use crate::command::{Command, Motion};
 use crate::condition::{Conditioner, Gauge, Monitor, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::estimate::{Contact, Estimator};
@@ -38,6 +38,7 @@ pub struct Controller {
     detector: Detector,
     supervisor: Supervisor,
     regulator: Regulator,
+    motion: Motion,
 }
 
 impl Controller {
@@ -60,6 +61,7 @@ impl Controller {
             detector: Detector::new(),
             supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
+            motion: Motion::default(),
         }
     }
 
@@ -72,6 +74,9 @@ impl Controller {
     pub fn step(&mut self, now: Instant, frame: &RawFrame, command: Command) -> Outputs {
         let (table, active) = (self.table, &self.active);
         let mut events = Events::new();
+        if let Command::Motion(motion) = command {
+            self.motion = motion;
+        }
 
         let free = self.estimator.free_strain(table, active);
         let reading = self.conditioner.step(frame, &active.front_end, free);
@@ -84,7 +89,7 @@ impl Controller {
             &contact,
             &self.conditioner.noise_variance(),
             air,
-            self.supervisor.state().is_holding(),
+            self.supervisor.state().is_holding().then_some(self.motion),
             active,
         );
 

@@ -13,6 +13,7 @@
 //! A gauge that fades looks like an emptying finger, but the other fingers do not feel it.
 
 use crate::FINGERS;
+use crate::command::Motion;
 use crate::estimate::Contact;
 use crate::math::{lag_gain, root};
 use crate::settings::Active;
@@ -77,15 +78,10 @@ const CALM: f32 = 0.03;
 const SETTLING_US: u64 = 400_000;
 /// Averaging of `x` into the level from which a fall counts, and which tells a slip: a third of a collapse.
 const LEVEL_MS: f32 = 8.0;
-/// Fastest fall of the reference per second. Held objects on the simulated arm fall by 3.2/s for 30 ms in an
-/// emergency stop at 20 m/s² and by 4.5/s for 10 ms after a knock of 100 m/s²; lost ones by 16 to 25/s.
-const HELD_FALL_PER_S: f32 = 5.0;
 /// A rise of every finger that has got this far ends in a loss: the widest section of a sphere passes the
 /// tips at 1.2 to 1.48. Slips that an arm's turn caught again raised the sum to 1.2 and the least of the
 /// fingers to 1.06; the way back from there is no loss.
 const PASSED: f32 = 1.2;
-/// Fall below the plateau that counts for nothing, however slow. The same emergency stop takes 10 %.
-const SLOW_ALLOWANCE: f32 = 0.18;
 /// Fall of one finger that counts for nothing. Pushes that an object withstands take up to half of it.
 const FINGER_ALLOWANCE: f32 = 0.55;
 /// The least of three noisy numbers lies 0.85 standard deviations below them (order statistics of the normal
@@ -111,6 +107,37 @@ const AIR_TICKS: u16 = 20;
 /// `ln` of the mean ticks between false alarms on pure noise: 10¹² ticks are 32 years at 1 kHz.
 const LN_RUN_LENGTH: f32 = 27.6;
 const TICKS_PER_S: f32 = 1e6 / crate::TICK_US as f32;
+
+/// What an arm's motion does to an object that is held.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    /// Fastest fall of the reference per second.
+    held_fall_per_s: f32,
+    /// Fall below the plateau that counts for nothing, however slow.
+    slow_allowance: f32,
+    /// Share of the settings' limit that makes a slip.
+    slip: f32,
+}
+
+impl Limits {
+    const fn of(motion: Motion) -> Self {
+        match motion {
+            // Held objects on the simulated arm fall by 3.2/s for 30 ms, and by 10 % in all, in an emergency
+            // stop at 20 m/s²; and by 4.5/s for 10 ms after a knock of 100 m/s². Lost ones fall by 16 to 25/s.
+            Motion::Moving => Self {
+                held_fall_per_s: 5.0,
+                slow_allowance: 0.18,
+                slip: 1.0,
+            },
+            // Knocks alone.
+            Motion::Still => Self {
+                held_fall_per_s: 2.5,
+                slow_allowance: 0.1,
+                slip: 0.5,
+            },
+        }
+    }
+}
 
 #[derive(Debug, Clone, Copy)]
 struct Hold {
@@ -308,7 +335,7 @@ impl Detector {
         self.hold.as_ref().map(|hold| hold.level)
     }
 
-    /// Judges one tick. `holding` says whether the supervisor believes that something is held;
+    /// Judges one tick. `held` says how the arm moves while the supervisor believes that something is held;
     /// the first such tick makes the present plateau the reference.
     pub fn step(
         &mut self,
@@ -316,7 +343,7 @@ impl Detector {
         contact: &Contact,
         noise_variance: &[f32; FINGERS],
         air: Air,
-        holding: bool,
+        held: Option<Motion>,
         active: &Active,
     ) -> Verdict {
         for (plateau, residual) in self.plateau.iter_mut().zip(contact.residual) {
@@ -324,11 +351,12 @@ impl Detector {
                 *plateau += self.plateau_gain * (residual.0 - *plateau);
             }
         }
-        if !holding {
+        let Some(motion) = held else {
             self.hold = None;
             self.air_ticks = 0;
             return Verdict::Unarmed;
-        }
+        };
+        let limits = Limits::of(motion);
         if self.air_is_going(air, active) {
             return Verdict::AirLoss;
         }
@@ -382,13 +410,13 @@ impl Detector {
             true => hold.level,
             false => hold.level.min(1.0),
         };
-        hold.recent = reached.max(hold.recent - HELD_FALL_PER_S / TICKS_PER_S);
+        hold.recent = reached.max(hold.recent - limits.held_fall_per_s / TICKS_PER_S);
         hold.emptiest += self.level_gain * (lately.emptiest - hold.emptiest);
 
         // At a lower pressure a free finger would bend less by so much, so one that is held by an object
         // loses less than that. What it may lose is no evidence.
         let sag = (hold.free.0 - contact.free.0).max(0.0) * shares.per_ue;
-        let slow = 1.0 - shares.others - SLOW_ALLOWANCE;
+        let slow = 1.0 - shares.others - limits.slow_allowance;
         let quick = hold.recent - shares.sum - active.loss_allowance;
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
@@ -431,7 +459,7 @@ impl Detector {
 
         // White noise of variance σ² through a first-order lag of gain g: σ² g / (2 − g).
         let level_sigma = shares.sigma * self.level_sigma;
-        if hold.slips(active.slip + SLIP_SIGMAS * level_sigma, sag) {
+        if hold.slips(limits.slip * active.slip + SLIP_SIGMAS * level_sigma, sag) {
             return Verdict::Slipping { rate: hold.rate };
         }
         if (hold.level - 1.0).abs() < CALM && hold.evidence == 0.0 {
@@ -477,6 +505,7 @@ mod tests {
         detector: Detector,
         active: Active,
         free: Microstrain,
+        motion: Motion,
         tick: u64,
     }
 
@@ -488,6 +517,7 @@ mod tests {
                     .validate(&FrontEnd::REFERENCE, &FINGER)
                     .expect("good settings"),
                 free: FINGER.free_strain(Kilopascals(140.0)).0,
+                motion: Motion::Moving,
                 tick: 0,
             }
         }
@@ -504,8 +534,9 @@ mod tests {
             };
             let now = Instant::from_micros(1_000 * self.tick);
             let noise = [400.0; 3];
+            let held = holding.then_some(self.motion);
             self.detector
-                .step(now, &contact, &noise, air, holding, &self.active)
+                .step(now, &contact, &noise, air, held, &self.active)
         }
 
         fn hold(&mut self) {
@@ -693,6 +724,34 @@ mod tests {
             slip.is_some_and(|rate| (0.8..1.8).contains(&rate)),
             "{slip:?}"
         );
+    }
+
+    #[test]
+    fn at_rest_a_slip_and_a_slow_loss_are_told_sooner_and_a_knock_is_still_none() {
+        // A slide of 15 % in 150 ms, and a fall of 20 % in 200 ms.
+        let first = |motion, change: fn(f32) -> f32| {
+            let mut bench = Bench::new();
+            bench.motion = motion;
+            bench.hold();
+            (0..400).find(|&ms| {
+                let share = Some(1.0 + change(ms as f32));
+                bench.step([share; 3], STEADY, true) != Verdict::Holding
+            })
+        };
+        for change in [
+            |ms: f32| 0.15 * (ms / 150.0).min(1.0),
+            |ms: f32| -0.2 * (ms / 200.0).min(1.0),
+        ] {
+            let moving = first(Motion::Moving, change).expect("a slip or a loss");
+            let still = first(Motion::Still, change).expect("a slip or a loss");
+            assert!(still + 20 <= moving, "{still} ms, {moving} ms");
+        }
+        let knock = |ms: f32| match ms {
+            0.0..12.0 => -0.05 * ms / 12.0,
+            12.0..42.0 => -0.05 * (42.0 - ms) / 30.0,
+            _ => 0.0,
+        };
+        assert_eq!(first(Motion::Still, knock), None);
     }
 
     #[test]

@@ -280,7 +280,7 @@ impl Supervisor {
         events: &mut Events,
     ) -> Request {
         match command {
-            Command::Continue | Command::Alive => Request::None,
+            Command::Continue | Command::Alive | Command::Motion(_) => Request::None,
             Command::Stop => {
                 self.enter_fault(Fault::Stopped, active, events);
                 Request::CancelTare

@@ -2,6 +2,7 @@
 
 use crate::mock::MockBoard;
 use proptest::prelude::*;
+use softgrip::command::Motion;
 use softgrip::frontend::FrontEnd;
 use softgrip::grasp::{Purpose, State};
 use softgrip::settings::{OnFault, OnLoss, Settings};
@@ -22,6 +23,8 @@ fn any_command() -> impl Strategy<Value = Command> {
         1 => Just(Command::Stop),
         2 => Just(Command::Acknowledge),
         1 => Just(Command::Alive),
+        1 => Just(Command::Motion(Motion::Still)),
+        1 => Just(Command::Motion(Motion::Moving)),
         1 => Just(Command::Tare),
     ]
 }
