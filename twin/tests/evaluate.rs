@@ -11,12 +11,13 @@ use serde_json::Value;
 use softgrip::settings::Settings;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, FINGERS, Grip, TICK_US};
+use twin::evaluate::bench::Bench;
 use twin::evaluate::case::{Case, Knowledge};
 use twin::evaluate::hand::{Gauge, Hand};
 use twin::evaluate::latency::{judge, trials_of};
 use twin::evaluate::record::{Fate, Recording};
-use twin::evaluate::response::{Bench, Held, Response};
-use twin::evaluate::routine::Motion;
+use twin::evaluate::response::{Held, Response};
+use twin::evaluate::routine::{Activity, Motion};
 use twin::evaluate::summary::Summary;
 use twin::evaluate::{self, Options, alarms};
 use twin::plant::Plant;
@@ -327,10 +328,11 @@ fn every_hour_is_counted_once_and_every_activity_happens() {
     let options = options(503);
     let responses = alarms::responses(&base).expect("responses");
     let bar = ProgressBar::hidden();
-    let tally = alarms::tally(&base, &options, &responses, 20.0, 0.5, &bar).expect("a tally");
+    let tally =
+        alarms::tally(&base, &options, &responses, 20.0, 0.5, false, &bar).expect("a tally");
     let total = tally.total();
     assert!((total.time_s - 1800.0).abs() < 1.0, "{}", total.time_s);
-    for (activity, count) in alarms::Activity::ALL.iter().zip(tally.counts) {
+    for (activity, count) in Activity::ALL.iter().zip(tally.counts) {
         assert!(count.times > 0 && count.time_s > 0.0, "{activity:?}");
     }
     assert_eq!(tally.alarms.len() as u64, total.lost + total.faults);
