@@ -101,9 +101,11 @@ const NOISY_UE: f32 = 1_200.0;
 /// Averaging time of noise that comes suddenly, ms: long enough not to take 400 µε for `NOISY_UE`, short
 /// enough for 20 ms.
 const BURST_MS: f32 = 8.0;
-/// Fastest believable fall of the pressure in one tick: a hose that bursts at the gripper empties 160 kPa
-/// with a time constant of some 10 ms.
-const MONITOR_FALL_KPA: f32 = 40.0;
+/// Fastest believable fall of the pressure in one tick, as a share: a hose that bursts at the gripper empties
+/// it with a time constant of some 10 ms, and a wire that comes off lets the input's 3 ms filter empty.
+const MONITOR_FALL: f32 = 0.2;
+/// What noise may add to that.
+const MONITOR_NOISE_KPA: f32 = 5.0;
 /// Averaging time of a tare.
 const TARE_TICKS: u32 = 200;
 /// Largest offset that a tare accepts, µε: 10 % of full scale.
@@ -298,10 +300,8 @@ impl MonitorWire {
             return Monitor::TooHigh;
         }
         let pressure = front_end.pressure(code);
-        if self
-            .last_kpa
-            .is_some_and(|last| pressure.0 < last - MONITOR_FALL_KPA)
-        {
+        let fell = |last| pressure.0 < (1.0 - MONITOR_FALL) * last - MONITOR_NOISE_KPA;
+        if self.last_kpa.is_some_and(fell) {
             self.fallen_ticks = self.fallen_ticks.saturating_add(1);
             return if self.fallen_ticks < PERSIST_TICKS {
                 Monitor::Missing
@@ -587,8 +587,13 @@ mod tests {
             kpa *= 0.9;
         }
         assert!(matches!(monitor(140.0, false), Monitor::Valid(_)));
-        for expected in [Monitor::Missing, Monitor::Missing, Monitor::Lost] {
-            assert_eq!(monitor(0.0, false), expected);
+        // A wire that comes off, through the filter of the input.
+        for (kpa, expected) in [
+            (100.0, Monitor::Missing),
+            (72.0, Monitor::Missing),
+            (51.0, Monitor::Lost),
+        ] {
+            assert_eq!(monitor(kpa, false), expected);
         }
         assert_eq!(monitor(0.0, false), Monitor::Lost);
         assert!(matches!(monitor(0.0, true), Monitor::Valid(_)));

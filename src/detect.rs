@@ -115,25 +115,36 @@ struct Limits {
     held_fall_per_s: f32,
     /// Fall below the plateau that counts for nothing, however slow.
     slow_allowance: f32,
+    /// Quick fall that counts for nothing, beyond that of the settings.
+    quick_allowance: f32,
     /// Share of the settings' limit that makes a slip.
     slip: f32,
 }
 
 impl Limits {
-    const fn of(motion: Motion) -> Self {
-        match motion {
+    const fn of(motion: Motion, fingers: usize) -> Self {
+        match (motion, fingers) {
             // Held objects on the simulated arm fall by 3.2/s for 30 ms, and by 10 % in all, in an emergency
             // stop at 20 m/s²; and by 4.5/s for 10 ms after a knock of 100 m/s². Lost ones fall by 16 to 25/s.
-            Motion::Moving => Self {
+            (Motion::Moving, FINGERS..) => Self {
                 held_fall_per_s: 5.0,
                 slow_allowance: 0.18,
+                quick_allowance: 0.0,
                 slip: 1.0,
             },
             // Knocks alone.
-            Motion::Still => Self {
+            (Motion::Still, FINGERS..) => Self {
                 held_fall_per_s: 2.5,
                 slow_allowance: 0.1,
+                quick_allowance: 0.0,
                 slip: 0.5,
+            },
+            // What the arm does to two fingers from the side, the third does not balance.
+            _ => Self {
+                held_fall_per_s: 10.0,
+                slow_allowance: 0.35,
+                quick_allowance: 0.15,
+                slip: 4.0,
             },
         }
     }
@@ -188,9 +199,11 @@ struct Shares {
     emptiest: f32,
     /// Change of the sum if every finger's strain changes by 1 µε.
     per_ue: f32,
-    /// Standard deviations of the noise of sum and emptiest.
-    sigma: f32,
-    emptiest_sigma: f32,
+    /// Variances of the noise of sum and emptiest.
+    variance: f32,
+    emptiest_variance: f32,
+    /// Fingers in the sum.
+    fingers: usize,
 }
 
 impl Shares {
@@ -202,7 +215,7 @@ impl Shares {
     ) -> Option<Self> {
         let strongest = reference.iter().copied().fold(0.0, f32::max);
         let mut all = Finger::EMPTY;
-        let mut fingers = 0.0;
+        let mut fingers = 0;
         let mut emptiest: Option<Finger> = None;
         for ((residual, &reference), &variance) in
             contact.residual.iter().zip(reference).zip(noise_variance)
@@ -218,7 +231,7 @@ impl Shares {
                 reference,
                 variance,
             };
-            fingers += 1.0;
+            fingers += 1;
             all.residual += finger.residual;
             all.reference += finger.reference;
             all.variance += finger.variance;
@@ -236,9 +249,10 @@ impl Shares {
                 false => all.share(),
             },
             emptiest: emptiest.share(),
-            per_ue: fingers / all.reference,
-            sigma: all.sigma(),
-            emptiest_sigma: emptiest.sigma(),
+            per_ue: fingers as f32 / all.reference,
+            variance: all.noise(),
+            emptiest_variance: emptiest.noise(),
+            fingers,
         })
     }
 }
@@ -262,16 +276,21 @@ impl Finger {
         self.residual / self.reference
     }
 
-    fn sigma(&self) -> f32 {
-        root(self.variance) / self.reference
+    /// Variance of the share.
+    fn noise(&self) -> f32 {
+        self.variance / (self.reference * self.reference)
     }
 }
 
 impl Hold {
     /// Whether the level is off, and has been for long enough.
-    fn slips(&mut self, limit: f32, sag: f32) -> bool {
+    fn slips(&mut self, limit: f32, variance: f32, sag: f32) -> bool {
         let slip = &mut self.slip;
         let off = self.level - slip.from;
+        let limit = match off.abs() > limit {
+            true => limit + SLIP_SIGMAS * root(variance),
+            false => limit,
+        };
         let rises = off > limit;
         let falls = off < -(limit + sag);
         slip.ticks = if rises || falls {
@@ -310,8 +329,8 @@ pub struct Detector {
     reference_gain: f32,
     lately_gain: f32,
     level_gain: f32,
-    /// Noise of the level over that of `x`.
-    level_sigma: f32,
+    /// Variance of the level's noise over that of `x`.
+    level_variance: f32,
 }
 
 impl Detector {
@@ -326,7 +345,7 @@ impl Detector {
             reference_gain: lag_gain(REFERENCE_MS),
             lately_gain: lag_gain(LATELY_MS),
             level_gain,
-            level_sigma: root(level_gain / (2.0 - level_gain)),
+            level_variance: level_gain / (2.0 - level_gain),
         }
     }
 
@@ -356,7 +375,6 @@ impl Detector {
             self.air_ticks = 0;
             return Verdict::Unarmed;
         };
-        let limits = Limits::of(motion);
         if self.air_is_going(air, active) {
             return Verdict::AirLoss;
         }
@@ -395,6 +413,7 @@ impl Detector {
         ) else {
             return Verdict::Holding;
         };
+        let limits = Limits::of(motion, shares.fingers);
         for (lately, residual) in hold.lately.iter_mut().zip(contact.residual) {
             if let Some(residual) = residual {
                 *lately += self.lately_gain * (residual.0 - *lately);
@@ -417,11 +436,14 @@ impl Detector {
         // loses less than that. What it may lose is no evidence.
         let sag = (hold.free.0 - contact.free.0).max(0.0) * shares.per_ue;
         let slow = 1.0 - shares.others - limits.slow_allowance;
-        let quick = hold.recent - shares.sum - active.loss_allowance;
+        let quick = hold.recent - shares.sum - active.loss_allowance - limits.quick_allowance;
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
         let ahead = 2.0 * lately.emptiest - hold.emptiest;
-        let one_sided = 1.0 - ahead - FINGER_ALLOWANCE - FINGER_SIGMAS * lately.emptiest_sigma;
+        let mut one_sided = 1.0 - ahead - FINGER_ALLOWANCE;
+        if one_sided > 0.0 {
+            one_sided -= FINGER_SIGMAS * root(lately.emptiest_variance);
+        }
         // What the other fingers do not feel is a gauge that fades.
         hold.felt_ticks = match (lately.others - 1.0).abs() > CALM {
             true => FELT_TICKS,
@@ -441,8 +463,7 @@ impl Detector {
             hold.onset = now;
         }
         // Mean run length of a CUSUM on white noise of variance σ²: exp(2 k h / σ²) (Siegmund 1985).
-        let noise_limit =
-            LN_RUN_LENGTH * shares.sigma * shares.sigma / (2.0 * active.loss_allowance);
+        let noise_limit = LN_RUN_LENGTH * shares.variance / (2.0 * active.loss_allowance);
         let limit = active.loss_evidence.max(noise_limit);
         // No single tick, nor two, can be a loss: a finger does not empty so fast, a cable's glitch does.
         hold.evidence = (hold.evidence + (fall - sag).min(0.5 * limit)).max(0.0);
@@ -458,8 +479,8 @@ impl Detector {
         }
 
         // White noise of variance σ² through a first-order lag of gain g: σ² g / (2 − g).
-        let level_sigma = shares.sigma * self.level_sigma;
-        if hold.slips(limits.slip * active.slip + SLIP_SIGMAS * level_sigma, sag) {
+        let level_variance = shares.variance * self.level_variance;
+        if hold.slips(limits.slip * active.slip, level_variance, sag) {
             return Verdict::Slipping { rate: hold.rate };
         }
         if (hold.level - 1.0).abs() < CALM && hold.evidence == 0.0 {

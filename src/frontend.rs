@@ -44,7 +44,7 @@ impl FrontEnd {
         // The amplifier's swing ends at 0.12 and 3.18 V; a shorted input pulls it to ground, a
         // pull-up takes an open one to the rail.
         gauge_short_below: AdcCode((0.05 / V_PER_ADC_CODE) as u16),
-        gauge_open_above: AdcCode((3.25 / V_PER_ADC_CODE) as u16),
+        gauge_open_above: AdcCode((3.2 / V_PER_ADC_CODE) as u16),
         // 10 V is 200 kPa and arrives as 3 V.
         monitor_kpa_per_code: V_PER_ADC_CODE * 200.0 / 3.0,
         monitor_high_above: AdcCode((3.2 / V_PER_ADC_CODE) as u16),

@@ -93,9 +93,7 @@ fn cause(board: &mut MockBoard, fault: Fault, place: Place) -> Command {
         Fault::OverPressure => force(180.0),
         Fault::NotFollowing => force(match place {
             Place::Idle => 60.0,
-            Place::Closing => 40.0,
-            Place::Empty => 110.0,
-            Place::Holding | Place::Fault => 155.0,
+            Place::Closing | Place::Holding | Place::Empty | Place::Fault => 155.0,
             Place::Releasing => 160.0,
         }),
         Fault::AirLoss => board.leak_kpa = 0.0,

@@ -7,6 +7,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod fault;
 pub mod gripper;
 pub mod scenario;
 
@@ -22,6 +23,7 @@ pub mod setup;
 
 pub mod capability;
 pub mod evaluate;
+pub mod gauge;
 pub mod study;
 pub mod sweep;
 

@@ -26,6 +26,10 @@ enum Action {
     Study(cli::study::StudyArgs),
     /// Finds the heaviest object that arrives, against the arm's acceleration.
     Capability(cli::capability::CapabilityArgs),
+    /// Finds where on the finger the gauge should sit.
+    ///
+    /// Judges every stretch of the finger by what it sees of the same random grasps.
+    Gauge(cli::gauge::GaugeArgs),
     /// Measures how soon the controller reports a loss and how often it cries wolf.
     Evaluate(cli::evaluate::EvaluateArgs),
     /// Runs a grid or a random sample over any parameters of the simulated gripper.
@@ -48,6 +52,7 @@ fn main() -> ExitCode {
         Action::Sim(args) => cli::sim::run(&args),
         Action::Study(args) => cli::study::run(&args),
         Action::Capability(args) => cli::capability::run(&args),
+        Action::Gauge(args) => cli::gauge::run(&args),
         Action::Evaluate(args) => cli::evaluate::run(&args),
         Action::Sweep(args) => cli::sweep::run(&args),
         Action::Replay(args) => cli::replay::run(&args),

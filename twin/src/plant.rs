@@ -12,6 +12,7 @@ use softgrip::units::{AdcCode, DacCode, Kilopascals, Microstrain, Volts};
 use softgrip::{FINGERS, RawFrame};
 
 use crate::arm::{ArmState, Profile};
+use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
 use crate::scenario::{ObjectKind, Scenario};
 use crate::world::{Finger, LINKS, Shape, World, WorldConfig};
@@ -21,6 +22,20 @@ const TICK_S: f64 = 0.001;
 /// One 12-bit step of a left-aligned code.
 const ADC_STEP: f64 = 16.0;
 const ADC_MAX: f64 = 4095.0 * ADC_STEP;
+
+/// A burst tube and a leak: time constants of the pressure, s.
+const BURST_S: f64 = 0.030;
+const LEAK_S: f64 = 1.0;
+/// Time constant with which a gauge that comes off loses its gain, s.
+const GAUGE_FADE_S: f64 = 3.0;
+/// Noise of a noisy gauge over that of a sound one.
+const NOISY: f64 = 20.0;
+/// A sagging supply, V.
+const SAG_V: f64 = 15.0;
+/// The pull-up's 100 kΩ charge the 10 nF of an open gauge input (`boards/README.md`), s.
+const OPEN_INPUT_S: f64 = 0.001;
+/// An open monitor input discharges its 100 nF through the divider's lower 30 kΩ (`boards/README.md`), s.
+const OPEN_MONITOR_S: f64 = 0.003;
 
 /// What really happens, for judging the controller; it never sees this.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,6 +164,11 @@ pub struct Plant {
     bending: Swing,
     creep: [Lag; FINGERS],
     disturbance: Disturbance,
+    /// What the gauges' inputs showed last.
+    gauge_codes: [AdcCode; FINGERS],
+    /// What the monitor's input shows, kPa.
+    monitor_kpa: f64,
+    faults: Vec<Injected>,
 }
 
 impl Plant {
@@ -171,8 +191,17 @@ impl Plant {
             bending: Swing::default(),
             creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
             disturbance: Disturbance::default(),
+            gauge_codes: [AdcCode(0); FINGERS],
+            monitor_kpa: 0.0,
+            faults: Vec::new(),
             gripper: gripper.clone(),
         }
+    }
+
+    /// The same with what will break.
+    pub fn with_faults(mut self, faults: &[Injected]) -> Self {
+        self.faults = faults.to_vec();
+        self
     }
 
     /// The arm's cycle.
@@ -184,7 +213,7 @@ impl Plant {
     /// measured, and the truth.
     pub fn step(&mut self, dac: DacCode) -> (RawFrame, Truth) {
         self.ticks += 1;
-        let t_s = self.ticks as f64 * TICK_S;
+        let t_s = self.t_s();
         let arm = self.profile.at(t_s);
         let inflated_kpa = self.inflate(dac);
         let torques = self.chain.joint_torques_nm(inflated_kpa);
@@ -206,6 +235,22 @@ impl Plant {
             contact_n: self.world.contact_force(),
         };
         (frame, truth)
+    }
+
+    fn t_s(&self) -> f64 {
+        self.ticks as f64 * TICK_S
+    }
+
+    /// Whether something of this kind is broken.
+    fn broken(&self, kind: FaultKind) -> bool {
+        fault::any(&self.faults, kind, self.t_s())
+    }
+
+    /// What of this kind is broken about one finger's gauge.
+    fn gauge_fault(&self, kind: FaultKind, finger: usize) -> Option<&Injected> {
+        self.faults
+            .iter()
+            .find(|f| f.kind == kind && f.finger == Some(finger) && f.is_on(self.t_s()))
     }
 
     /// How fast the object slides along each finger that touches it, m/s.
@@ -234,6 +279,16 @@ impl Plant {
         }
     }
 
+    /// Angle of every joint, inward positive, rad.
+    pub fn joint_angles(&self) -> [[f64; LINKS]; FINGERS] {
+        self.world.joint_angles()
+    }
+
+    /// Pressure that a free finger's shape has followed so far, kPa.
+    pub fn followed_kpa(&self) -> f64 {
+        self.bending.value
+    }
+
     /// Direction in which the cylinder stands, in the palm's frame, for drawing.
     pub fn object_axis(&self) -> [f64; 3] {
         self.world.object_axis()
@@ -248,15 +303,29 @@ impl Plant {
     fn inflate(&mut self, dac: DacCode) -> f64 {
         let regulator = &self.gripper.regulator;
         let commanded = f64::from(self.front_end.commanded(dac).0);
-        // Below its dead band a regulator shuts: zero is zero.
-        let wanted = if commanded > 1.0 {
+        let wanted = if self.broken(FaultKind::OverPressure) {
+            f64::from(self.front_end.regulator_full_scale.0)
+        } else if commanded > 1.0 {
             (regulator.gain * commanded + regulator.offset_kpa).max(0.0)
         } else {
+            // Below its dead band a regulator shuts: zero is zero.
             0.0
         };
         let slew = regulator.slew_kpa_per_s * TICK_S;
-        self.valve_kpa += (wanted - self.valve_kpa).clamp(-slew, slew);
-        self.pressure.step(self.valve_kpa);
+        if !self.broken(FaultKind::RegulatorStuck) {
+            self.valve_kpa += (wanted - self.valve_kpa).clamp(-slew, slew);
+        }
+        let before = self.pressure.value;
+        if self.broken(FaultKind::TubeBurst) {
+            self.pressure.value *= (-TICK_S / BURST_S).exp();
+        } else if self.broken(FaultKind::Leak) {
+            self.pressure.value *= (-TICK_S / LEAK_S).exp();
+        } else {
+            self.pressure.step(self.valve_kpa);
+        }
+        if self.broken(FaultKind::SupplyClosed) {
+            self.pressure.value = self.pressure.value.min(before);
+        }
         let pressure = self.pressure_kpa();
         self.inflation.step(pressure)
     }
@@ -267,27 +336,77 @@ impl Plant {
     }
 
     fn measure(&mut self, strain_ue: [f64; FINGERS]) -> RawFrame {
+        self.gauge_codes = std::array::from_fn(|i| self.measure_gauge(i, strain_ue[i]));
         let front_end = self.front_end;
-        let gauges = strain_ue.map(|strain| {
-            let noise_ue = self.noise_ue;
-            self.convert(noise_ue, |ue| front_end.gauge_code(Microstrain(ue)), strain)
-        });
         let monitor_noise = self.gripper.regulator.monitor_noise_kpa;
-        let pressure = self.pressure_kpa();
+        self.monitor_kpa = match self.broken(FaultKind::MonitorOff) {
+            true => self.monitor_kpa * (-TICK_S / OPEN_MONITOR_S).exp(),
+            false => self.pressure_kpa(),
+        };
         let monitor = self.convert(
             monitor_noise,
             |kpa| front_end.monitor_code(Kilopascals(kpa)),
-            pressure,
+            self.monitor_kpa,
         );
-        let supply_v = self.gripper.regulator.supply_v;
+        let supply_v = match self.broken(FaultKind::SupplySag) {
+            true => SAG_V,
+            false => self.gripper.regulator.supply_v,
+        };
         // 20 mV of ripple.
         let supply = self.convert(0.02, |v| front_end.supply_code(Volts(v)), supply_v);
-        RawFrame {
-            gauges,
+        if self.broken(FaultKind::StaleFrame) {
+            return RawFrame::default();
+        }
+        let frame = RawFrame {
+            gauges: self.gauge_codes,
             monitor,
             supply,
             scans: self.gripper.gauge.scans,
             overrun: false,
+        };
+        if self.broken(FaultKind::AdcOverrun) {
+            let [first, second, third] = frame.gauges;
+            return RawFrame {
+                gauges: [second, third, frame.monitor],
+                monitor: frame.supply,
+                supply: first,
+                overrun: true,
+                ..frame
+            };
+        }
+        frame
+    }
+
+    fn measure_gauge(&mut self, finger: usize, mut strain_ue: f64) -> AdcCode {
+        let (front_end, last) = (self.front_end, self.gauge_codes[finger]);
+        let fault = |kind| self.gauge_fault(kind, finger);
+        let mut noise_ue = self.noise_ue;
+        if let Some(drift) = fault(FaultKind::GaugeDrift) {
+            strain_ue *= (-(self.t_s() - drift.from_s) / GAUGE_FADE_S).exp();
+        }
+        if fault(FaultKind::GaugeNoisy).is_some() {
+            noise_ue *= NOISY;
+        }
+        if fault(FaultKind::GaugeSaturated).is_some() {
+            strain_ue = 2.0 * f64::from(front_end.gauge_full_scale.0);
+        }
+        let wire = [
+            FaultKind::GaugeShort,
+            FaultKind::GaugeOpen,
+            FaultKind::GaugeStuck,
+        ]
+        .map(|kind| fault(kind).is_some());
+        let to_code = |ue| front_end.gauge_code(Microstrain(ue));
+        let code = self.convert(noise_ue, to_code, strain_ue);
+        match wire {
+            [true, ..] => AdcCode(0),
+            [_, true, _] => {
+                let gain = 1.0 - (-TICK_S / OPEN_INPUT_S).exp();
+                let last = f64::from(last.0);
+                AdcCode((last + gain * (ADC_MAX - last)).round() as u16)
+            }
+            [.., true] => last,
+            [false, false, false] => code,
         }
     }
 

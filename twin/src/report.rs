@@ -28,6 +28,12 @@ pub fn timeline(run: &Run) -> String {
             lines.push((sample.truth.t_s, "arm", words));
         }
     }
+    for fault in &run.faults {
+        lines.push((fault.from_s, "fault", format!("{} begins", fault.name())));
+        if fault.until_s.is_finite() {
+            lines.push((fault.until_s, "fault", format!("{} ends", fault.name())));
+        }
+    }
     if let Some(t_s) = run.slid_at_s {
         lines.push((t_s, "object", "has slid 20 mm".into()));
     }

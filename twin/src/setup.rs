@@ -8,6 +8,8 @@ use finger::recipe::Recipe;
 use softgrip::settings::Settings;
 use softgrip::table::FingerTable;
 
+use crate::arm::Profile;
+use crate::fault::Injected;
 use crate::gripper::Gripper;
 use crate::scenario::{ObjectKind, Scenario};
 use crate::sim::{self, Run};
@@ -24,6 +26,8 @@ pub struct Setup {
     /// Stiffness of every joint over that of the chain, at the same torques. The controller is
     /// calibrated to it, as after a free-bend sweep.
     pub stiffness_factor: f64,
+    /// What breaks.
+    pub faults: Vec<Injected>,
     table: &'static FingerTable,
 }
 
@@ -106,6 +110,7 @@ impl Setup {
             gripper: Gripper::reference(),
             chain: recipe.chain.clone(),
             stiffness_factor: 1.0,
+            faults: Vec::new(),
             table: sim::table_of(recipe)?,
         })
     }
@@ -165,6 +170,14 @@ impl Setup {
             asked <= most,
             "pressure {asked} kPa: must be at most {most}, where the recipe ends"
         );
+        let motion = self.gripper.motion(self.scenario.accel_m_s2);
+        let end_s = Profile::new(&motion).duration_s();
+        for fault in &self.faults {
+            ensure!(
+                fault.from_s < end_s,
+                "fault {fault}: must begin before {end_s:.3} s, when the run ends"
+            );
+        }
         Ok(())
     }
 
@@ -177,6 +190,8 @@ impl Setup {
         }
         let settings = Settings {
             free_bend_gain: [(1.0 / self.stiffness_factor) as f32; 3],
+            // The simulated robot speaks in every tick.
+            host_timeout_ms: 1_000.0,
             ..Settings::default()
         };
         let controller = sim::controller(self.table, &settings)?;
@@ -185,6 +200,7 @@ impl Setup {
             &self.gripper,
             &chain,
             controller,
+            &self.faults,
             progress,
         ))
     }

@@ -14,6 +14,7 @@ use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
 
 use crate::arm::Phase;
 use crate::events::TimedEvent;
+use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
 use crate::json::round;
 use crate::plant::{Plant, Truth};
@@ -24,6 +25,11 @@ use crate::world::LINKS;
 const GONE_M: f64 = 0.020;
 /// The collapse begins when the residual sum leaves this share of its plateau for good.
 const COLLAPSE: f64 = 0.9;
+
+/// An object that has moved less than this against the palm is held, m: held ones move by 1.4 mm at 10 m/s².
+const HELD_M: f64 = 0.005;
+/// A grip with less than this share of the pressure that was asked for has lost its air.
+const WITH_AIR: f64 = 0.9;
 
 /// Ticks from one pose to the next.
 const POSE_TICKS: u64 = 10;
@@ -81,6 +87,8 @@ pub struct Pose {
 pub struct Run {
     /// What was to be done.
     pub scenario: Scenario,
+    /// What broke.
+    pub faults: Vec<Injected>,
     /// Every tick.
     pub samples: Vec<Sample>,
     /// Every hundredth of a second.
@@ -137,10 +145,11 @@ pub fn run(
     gripper: &Gripper,
     chain: &Chain,
     mut controller: Controller,
+    faults: &[Injected],
     mut progress: impl FnMut(f64),
 ) -> Run {
     let start = WallClock::now();
-    let mut plant = Plant::new(scenario, gripper, chain);
+    let mut plant = Plant::new(scenario, gripper, chain).with_faults(faults);
     let ticks = (plant.profile().duration_s() * 1e6) as u64 / TICK_US;
     let mut samples = Vec::with_capacity(ticks as usize);
     let mut poses = Vec::new();
@@ -149,15 +158,21 @@ pub fn run(
     let mut gripping = false;
     for tick in 1..=ticks {
         let (frame, truth) = plant.step(dac);
+        let broken = |kind| fault::any(faults, kind, truth.t_s);
         let wants_grip = truth.arm.phase.wants_grip();
-        let command = match (gripping, wants_grip) {
-            (false, true) => {
-                Command::Grip(Grip::Pressure(Kilopascals(scenario.pressure_kpa as f32)))
+        let command = if broken(FaultKind::Stop) {
+            Command::Stop
+        } else if broken(FaultKind::HostSilent) {
+            Command::Continue
+        } else if gripping == wants_grip {
+            Command::Alive
+        } else {
+            gripping = wants_grip;
+            match gripping {
+                true => Command::Grip(Grip::Pressure(Kilopascals(scenario.pressure_kpa as f32))),
+                false => Command::Release,
             }
-            (true, false) => Command::Release,
-            _ => Command::Continue,
         };
-        gripping = wants_grip;
         let outputs = controller.step(Instant::from_micros(TICK_US * tick), &frame, command);
         dac = outputs.dac;
         events.extend(outputs.events.iter().map(|&event| TimedEvent {
@@ -187,6 +202,7 @@ pub fn run(
     let (outcome, slid_at_s) = judge(&samples);
     Run {
         scenario: *scenario,
+        faults: faults.to_vec(),
         outcome,
         slid_at_s,
         collapse_at_s: slid_at_s.and_then(|_| collapse(&samples)),
@@ -214,12 +230,7 @@ fn judge(samples: &[Sample]) -> (Outcome, Option<f64>) {
     let Some(gripped) = carried().next() else {
         return (Outcome::Hold, None);
     };
-    let gone = carried().find(|sample| {
-        let moved = (0..3)
-            .map(|i| (sample.truth.object_m[i] - gripped.truth.object_m[i]).powi(2))
-            .sum::<f64>();
-        moved.sqrt() > GONE_M
-    });
+    let gone = carried().find(|sample| distance_m(gripped, sample) > GONE_M);
     match gone {
         None => (Outcome::Hold, None),
         Some(sample) if sample.truth.arm.phase == Phase::Lift => {
@@ -227,6 +238,13 @@ fn judge(samples: &[Sample]) -> (Outcome, Option<f64>) {
         }
         Some(sample) => (Outcome::Transfer, Some(sample.truth.t_s)),
     }
+}
+
+/// How far the object moved against the palm, m.
+fn distance_m(from: &Sample, to: &Sample) -> f64 {
+    let (from, to) = (from.truth.object_m, to.truth.object_m);
+    let squares = (0..3).map(|i| (to[i] - from[i]).powi(2));
+    squares.sum::<f64>().sqrt()
 }
 
 /// When the true residual sum left 90 % of its plateau, its value at the start of the lift, for good.
@@ -268,15 +286,64 @@ impl Run {
 
     /// What the controller got wrong, if anything.
     pub fn mistake(&self) -> Option<String> {
-        match (self.outcome, self.lost_reports()) {
-            (Outcome::Hold, 0) => None,
-            (Outcome::Hold, n) => Some(format!(
-                "the object was held, but lost was reported {n} times"
+        let lost = self.lost_reports();
+        match self.slid_at_s {
+            None if lost == 0 => None,
+            None => Some(format!(
+                "the object was held, but lost was reported {lost} times"
             )),
-            (_, 1) => None,
-            (_, n) => Some(format!(
-                "the object fell once, but lost was reported {n} times"
+            Some(_) if lost > 1 => Some(format!(
+                "the object fell once, but lost was reported {lost} times"
             )),
+            Some(slid_at_s) if !self.faults.is_empty() => self.mistake_with_faults(slid_at_s),
+            Some(_) if lost == 1 => None,
+            Some(_) => Some("the object fell once, but lost was reported 0 times".into()),
+        }
+    }
+
+    /// The same where something broke and the object fell: it is not *lost* if its air was gone, and who was
+    /// told of a fault before need not be told of the fall.
+    fn mistake_with_faults(&self, slid_at_s: f64) -> Option<String> {
+        let at = |t_s: f64| self.samples.iter().find(|s| s.truth.t_s >= t_s);
+        let asked_kpa = self.scenario.pressure_kpa;
+        let aired = at(slid_at_s).is_some_and(|s| s.truth.pressure_kpa >= WITH_AIR * asked_kpa);
+        let heard = |before_s: f64| {
+            self.events.iter().any(|timed| {
+                let whole = matches!(
+                    timed.event,
+                    Event::AirLoss | Event::Fault { finger: None, .. }
+                );
+                whole && timed.t_s <= before_s
+            })
+        };
+        let held = self
+            .events
+            .iter()
+            .any(|e| matches!(e.event, Event::Holding { .. }));
+        match self.flagged_at_s {
+            Some(t_s) if !aired => Some(format!(
+                "the air was gone, but lost was reported at {t_s:.3} s"
+            )),
+            Some(t_s) => {
+                let lift = self
+                    .samples
+                    .iter()
+                    .find(|s| s.truth.arm.phase == Phase::Lift)?;
+                let moved = distance_m(lift, at(t_s)?);
+                (moved < HELD_M).then(|| {
+                    format!(
+                        "lost was reported at {t_s:.3} s, when the object had moved by {:.1} mm",
+                        1e3 * moved
+                    )
+                })
+            }
+            None if !aired && held && !heard(f64::INFINITY) => {
+                Some("the air was gone, and nothing was reported".into())
+            }
+            None if aired && !heard(slid_at_s) => {
+                Some("the object fell once, but lost was reported 0 times".into())
+            }
+            None => None,
         }
     }
 
@@ -291,6 +358,7 @@ impl Run {
             "friction": scenario.friction,
             "noise_ue": scenario.noise_ue,
             "seed": scenario.seed,
+            "faults": self.faults.iter().map(Injected::to_string).collect::<Vec<_>>(),
             "outcome": self.outcome.name(),
             "slid_at_s": self.slid_at_s.map(|s| round(s, 6)),
             "collapse_at_s": self.collapse_at_s.map(|s| round(s, 6)),

@@ -100,6 +100,44 @@ fn without_arguments_a_sphere_is_held_and_then_lost() {
 }
 
 #[test]
+fn a_burst_tube_is_an_air_loss_and_never_a_lost_object() {
+    for (at_s, accel) in [("1.6", "5"), ("2.3", "5"), ("1.6", "10")] {
+        let fault = format!("tube-burst@{at_s}s");
+        let run = simulate("sphere", "0.15", accel, &["--fault", &fault]);
+        assert_eq!(run["faults"][0], fault);
+        assert_ne!(run["outcome"], "hold", "{run}");
+        assert_eq!(count(&run, "air_loss"), 1, "{run}");
+        assert_eq!(count(&run, "lost"), 0, "{run}");
+    }
+    let output = softgrip(&["sim", "--fault", "stop@2s..2.5s", "--fault", "leak@3s"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    for line in ["stop begins", "stop ends", "leak begins"] {
+        assert!(text.contains(line), "{text}");
+    }
+}
+
+#[test]
+fn a_broken_gauge_is_named_within_20_ms_and_the_grip_goes_on() {
+    for kind in ["open", "short", "stuck", "saturated"] {
+        let fault = format!("gauge-{kind}:2@2.3s");
+        let run = simulate("sphere", "0.15", "5", &["--fault", &fault]);
+        let events = run["events"].as_array().expect("a list of events");
+        let named = events.iter().find(|e| e["event"] == "fault");
+        let named = named.unwrap_or_else(|| panic!("{kind}: {run}"));
+        assert_eq!(named["finger"], 2, "{kind}");
+        assert!(
+            named["t_s"].as_f64().is_some_and(|t_s| t_s <= 2.32),
+            "{run}"
+        );
+        assert_eq!(
+            (count(&run, "lost"), count(&run, "released")),
+            (0, 1),
+            "{run}"
+        );
+    }
+}
+
+#[test]
 fn a_seed_gives_the_same_files_to_the_bit_and_another_seed_others() {
     let files = |seed: &str| {
         let dir = temporary();
@@ -204,6 +242,18 @@ fn wrong_options_are_refused_with_what_would_be_right() {
     );
     refused(&["sim", "--pressure", "200"], &["within 1 and 160"]);
     refused(&["sim", "--object", "cube"], &["sphere", "cylinder"]);
+    refused(
+        &["sim", "--fault", "burst@1s"],
+        &["--fault", "burst", "must be one of", "tube-burst"],
+    );
+    refused(
+        &["sim", "--fault", "gauge-open@1s"],
+        &["a finger from 1 to 3", "gauge-open:2@1s"],
+    );
+    refused(
+        &["sim", "--fault", "leak@100s"],
+        &["leak@100s", "must begin before"],
+    );
     refused(&["fly"], &["fly"]);
     refused(
         &["table", "--pressure", "60,170"],

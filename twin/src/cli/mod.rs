@@ -3,6 +3,7 @@
 pub mod capability;
 pub mod evaluate;
 pub mod fit;
+pub mod gauge;
 pub mod replay;
 pub mod section;
 pub mod sim;

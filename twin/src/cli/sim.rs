@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use softgrip::settings::Settings;
-use twin::gripper::Gripper;
+use twin::fault::{FaultKind, Injected};
 use twin::scenario::{ObjectKind, Scenario};
+use twin::setup::Setup;
 use twin::sim::Run;
-use twin::{files, plot, report, side_view, sim, trace};
+use twin::{files, plot, report, side_view, trace};
 
 use super::{Output, load_recipe, within};
 
@@ -39,6 +39,8 @@ pub struct SimArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
+    #[arg(long, value_name = "KIND[:FINGER]@FROM[..UNTIL]", help = fault_help())]
+    fault: Vec<Injected>,
     #[command(flatten)]
     output: Output,
 }
@@ -46,15 +48,13 @@ pub struct SimArgs {
 pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
     let recipe = load_recipe(args.recipe.as_deref())?;
-    let table = sim::table_of(&recipe)?;
-    let gripper = Gripper::reference();
+    let mut setup = Setup::of(&recipe)?;
+    setup.faults = args.fault.clone();
     let mut runs = Vec::new();
     for scenario in scenarios(args) {
         let bar = progress_bar(&scenario);
-        let controller = sim::controller(table, &Settings::default())?;
-        let run = sim::run(&scenario, &gripper, &recipe.chain, controller, |share| {
-            bar.set_position((100.0 * share) as u64);
-        });
+        setup.scenario = scenario;
+        let run = setup.run(|share| bar.set_position((100.0 * share) as u64))?;
         bar.finish_and_clear();
         if args.output.json {
             println!("{}", run.json());
@@ -82,6 +82,13 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(u8::from(!mistakes.is_empty())))
 }
 
+fn fault_help() -> String {
+    format!(
+        "What breaks, and when, as in tube-burst@1.5s, tube-burst@1.5s..2s or gauge-open:2@1.5s; may be given several times. Kinds: {}",
+        FaultKind::names()
+    )
+}
+
 /// One scenario; without any word on what to do, the two that show what this is about.
 fn scenarios(args: &SimArgs) -> Vec<Scenario> {
     let default = Scenario::default();
@@ -98,7 +105,8 @@ fn scenarios(args: &SimArgs) -> Vec<Scenario> {
         || args.mass.is_some()
         || args.accel.is_some()
         || args.pressure.is_some()
-        || args.friction.is_some();
+        || args.friction.is_some()
+        || !args.fault.is_empty();
     if told {
         return vec![scenario];
     }

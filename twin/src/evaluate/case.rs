@@ -42,6 +42,29 @@ impl Knowledge {
     }
 }
 
+/// What takes an object out of the grip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// Its own inertia, under the arm's motion.
+    Dropped,
+    /// A force from outside.
+    Pushed,
+}
+
+/// Both.
+pub const ORIGINS: [Origin; 2] = [Origin::Dropped, Origin::Pushed];
+
+impl Origin {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dropped => "dropped",
+            Self::Pushed => "pushed out",
+        }
+    }
+}
+
 /// A force on the object from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
@@ -216,6 +239,14 @@ impl Case {
             ripple_kpa: between(0.0, 1.0),
             ripple_hz: between(2.0, 40.0),
             seed: rng.random(),
+        }
+    }
+
+    /// What would take the object.
+    pub fn origin(&self) -> Origin {
+        match self.push {
+            Some(_) => Origin::Pushed,
+            None => Origin::Dropped,
         }
     }
 

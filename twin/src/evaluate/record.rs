@@ -49,6 +49,9 @@ pub struct Recording {
     pub release: Option<usize>,
 }
 
+/// Fingers that have less of the plateau than this hold nothing any more.
+const EMPTY: f64 = 0.5;
+
 /// What really happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fate {
@@ -56,7 +59,8 @@ pub enum Fate {
     Held,
     /// It moved, but the fingers still press on it.
     Displaced,
-    /// It was lost; the true residual sum left 90 % of its plateau for good at this tick.
+    /// It was lost: the true residual sum fell below half of its plateau, which it left, at 90 %, for good at
+    /// this tick.
     Lost {
         /// That tick.
         onset: usize,
@@ -158,11 +162,16 @@ impl Recording {
             return Fate::Held;
         }
         let held = &self.ticks[carried.start - 1..carried.end - 1];
-        match sim::collapse_of(held.iter().map(|tick| f64::from(tick.residual_ue))) {
-            Some(n) => Fate::Lost {
+        let sums = held.iter().map(|tick| f64::from(tick.residual_ue));
+        // One that has slid and jams is still held: there is no collapse.
+        let emptied = sums
+            .clone()
+            .any(|sum| sum < EMPTY * f64::from(held[0].residual_ue));
+        match sim::collapse_of(sums) {
+            Some(n) if emptied => Fate::Lost {
                 onset: carried.start + n,
             },
-            None => Fate::Displaced,
+            _ => Fate::Displaced,
         }
     }
 }

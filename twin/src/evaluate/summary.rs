@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::alarms::{Count, Tally};
-use super::case::{KNOWLEDGE, Knowledge};
+use super::case::{KNOWLEDGE, Knowledge, ORIGINS, Origin};
 use super::latency::{Report, Trial, Verdict};
 use super::roc::{Curve, Point};
 use super::routine::Activity;
@@ -30,11 +30,13 @@ pub struct Summary {
     pub detectors: Vec<Detector>,
 }
 
-/// How soon losses were reported, at one level of noise and one class of knowledge.
+/// How soon losses were reported, at one level of noise, for one origin and one class of knowledge.
 #[derive(Debug, Clone, Serialize)]
 pub struct Latency {
     /// Noise of the gauges, µε rms.
     pub noise_ue: f64,
+    /// What took the object.
+    pub origin: Origin,
     /// How well the controller knew its fingers.
     pub knowledge: Knowledge,
     /// True losses.
@@ -181,9 +183,11 @@ impl Summary {
     /// Counts.
     pub fn of(evaluation: &Evaluation, options: &Options) -> Self {
         let trials = &evaluation.sample.trials;
-        let latency = NOISE_UE
-            .into_iter()
-            .flat_map(|noise| KNOWLEDGE.map(|knowledge| Latency::of(trials, noise, knowledge)));
+        let latency = NOISE_UE.into_iter().flat_map(|noise| {
+            ORIGINS.into_iter().flat_map(move |origin| {
+                KNOWLEDGE.map(|knowledge| Latency::of(trials, noise, origin, knowledge))
+            })
+        });
         let objects = [ObjectKind::Sphere, ObjectKind::Cylinder];
         let slide = objects
             .into_iter()
@@ -199,10 +203,11 @@ impl Summary {
 }
 
 impl Latency {
-    fn of(trials: &[Trial], noise_ue: f64, knowledge: Knowledge) -> Self {
+    fn of(trials: &[Trial], noise_ue: f64, origin: Origin, knowledge: Knowledge) -> Self {
         let of: Vec<&Trial> = trials
             .iter()
-            .filter(|t| t.noise_ue == noise_ue && t.case.knowledge == knowledge)
+            .filter(|t| t.noise_ue == noise_ue && t.case.origin() == origin)
+            .filter(|t| t.case.knowledge == knowledge)
             .collect();
         let verdicts: Vec<Verdict> = of.iter().map(|trial| trial.verdict()).collect();
         let count = |wanted| verdicts.iter().filter(|v| **v == wanted).count();
@@ -213,6 +218,7 @@ impl Latency {
         let ms: Vec<f64> = reported.collect();
         Self {
             noise_ue,
+            origin,
             knowledge,
             losses: of.iter().filter(|t| t.loss.is_some()).count(),
             early: ms.iter().filter(|ms| **ms < 0.0).count(),

@@ -98,7 +98,12 @@ fn latency(rows: &[Latency]) -> Table {
             row.false_alarms,
         ];
         let mut cells = vec![
-            format!("{} µε, {}", row.noise_ue, row.knowledge.name()),
+            format!(
+                "{} µε, {}, {}",
+                row.noise_ue,
+                row.origin.name(),
+                row.knowledge.name()
+            ),
             row.losses.to_string(),
         ];
         cells.extend([min, p50, p95, p99, max].map(ms));
@@ -108,7 +113,7 @@ fn latency(rows: &[Latency]) -> Table {
     Table {
         title: "Latency of `lost`, ms".into(),
         head: vec![
-            "gauge noise rms, fingers",
+            "gauge noise rms, object, fingers",
             "losses",
             "min",
             "p50",
