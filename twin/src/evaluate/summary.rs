@@ -56,6 +56,8 @@ pub struct Latency {
     pub held: usize,
     /// Of these, runs in which the object was moved out of place by more than 20 mm.
     pub displaced: usize,
+    /// Of these, runs in which a loss was reported.
+    pub displaced_reported: usize,
     /// Reported lost while it was held, or long before it was lost.
     pub false_alarms: usize,
 }
@@ -228,6 +230,11 @@ impl Latency {
             not_recognised: count(Verdict::NotRecognised),
             held: of.iter().filter(|t| t.loss.is_none()).count(),
             displaced: count(Verdict::Displaced),
+            displaced_reported: of
+                .iter()
+                .filter(|t| t.verdict() == Verdict::Displaced)
+                .filter(|t| matches!(t.report, Report::Lost { .. }))
+                .count(),
             false_alarms: count(Verdict::FalseAlarm),
         }
     }

@@ -95,6 +95,7 @@ fn latency(rows: &[Latency]) -> Table {
             row.not_recognised,
             row.held,
             row.displaced,
+            row.displaced_reported,
             row.false_alarms,
         ];
         let mut cells = vec![
@@ -126,10 +127,11 @@ fn latency(rows: &[Latency]) -> Table {
             "unrecognised",
             "held",
             "displaced",
+            "reported",
             "false",
         ],
         rows: rows.iter().map(row).collect(),
-        note: "From the moment when the true residual, summed over the fingers, left 90 % of its plateau for good. A loss is an object that moved 20 mm against the palm and let that sum collapse before any commanded release. Early: reported before that moment, as where one finger empties first; the earliest is the minimum. Missed: not within 500 ms. Misnamed: reported as an air loss or a fault. Unrecognised: the controller did not say `holding` before the lift. Held: runs without a loss; displaced, those in which the object moved 20 mm but stayed in the fingers, count neither way. False: reported lost while the object had moved less than 1 mm, or was never lost. Calibrated fingers are known to 1 %, uncalibrated ones to 10 %.".into(),
+        note: "From the moment when the true residual, summed over the fingers, left 90 % of its plateau for good. A loss is an object that moved 20 mm against the palm and let that sum fall below half before any commanded release. Dropped: left to the arm's motion; pushed out: by a force from outside. Early: reported before that moment, as where one finger empties first; the earliest is the minimum. Missed: not within 500 ms. Misnamed: reported as an air loss or a fault. Unrecognised: the controller did not say `holding` before the lift. Held: runs without a loss; displaced, those in which the object moved 20 mm but stayed in the fingers, count neither way, reported or not. False: reported lost while the object had moved less than 1 mm, or was never lost. Calibrated fingers are known to 1 %, uncalibrated ones to 10 %.".into(),
     }
 }
 
