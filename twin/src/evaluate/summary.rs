@@ -157,7 +157,9 @@ pub struct Detector {
     pub equal: Option<Setting>,
     /// Its median latency there over the controller's; none if it misses half, or if the controller's is
     /// not positive.
-    pub times_slower: Option<f64>,
+    pub times_slower_p50: Option<f64>,
+    /// The same of the 99 %.
+    pub times_slower_p99: Option<f64>,
     /// As published or set.
     pub published: Option<Setting>,
     /// At many thresholds.
@@ -310,16 +312,18 @@ impl Cause {
 }
 
 fn detectors(curves: &[Curve]) -> Vec<Detector> {
-    let ours = curves.first().and_then(|curve| curve.equal?.p50_ms);
+    let ours = curves.first().and_then(|curve| curve.equal);
+    let slower = |curve: &Curve, ms: fn(&Point) -> Option<f64>| {
+        let (theirs, ours) = (ms(&curve.equal?)?, ms(&ours?)?);
+        (ours > 0.0).then(|| round(theirs / ours, 2))
+    };
     curves
         .iter()
         .map(|curve| Detector {
             name: curve.name,
             equal: curve.equal.map(Setting::of),
-            times_slower: match (curve.equal.and_then(|point| point.p50_ms), ours) {
-                (Some(theirs), Some(ours)) if ours > 0.0 => Some(round(theirs / ours, 2)),
-                _ => None,
-            },
+            times_slower_p50: slower(curve, |point| point.p50_ms),
+            times_slower_p99: slower(curve, |point| point.p99_ms),
             published: curve.published.map(Setting::of),
             curve: curve.points.iter().copied().map(Setting::of).collect(),
         })
