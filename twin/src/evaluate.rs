@@ -1,21 +1,38 @@
 //! What the controller is worth: how soon it reports a loss, and how often it cries wolf.
+//!
+//! ```text
+//! case ─► record (twin) ─► latency ─┬─► summary ─► tables, figures, page
+//!              └─► roc ◄─ baselines │
+//! bench (twin) ─► response, slide ─► hand ─► life ◄─ routine
+//!                                              └─► alarms ─┘
+//! ```
+
+pub mod case;
+pub mod meter;
+pub mod record;
+mod store;
+
+pub mod latency;
+
+pub mod bench;
+pub mod response;
+pub mod slide;
+
+pub mod hand;
+pub mod routine;
 
 pub mod alarms;
+mod life;
+
 pub mod baselines;
-pub mod case;
-mod figures;
-pub mod hand;
-pub mod latency;
-pub mod meter;
-mod page;
-pub mod record;
-pub mod report;
-pub mod response;
 pub mod roc;
-pub mod routine;
+
 pub mod statistics;
-mod store;
 pub mod summary;
+
+mod figures;
+mod page;
+pub mod report;
 pub mod tables;
 
 use std::path::{Path, PathBuf};
@@ -70,7 +87,11 @@ pub fn run(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result
     let responses = alarms::responses(base)?;
     let tallies = NOISE_UE
         .into_iter()
-        .map(|noise_ue| alarms::tally(base, options, &responses, noise_ue, hours(noise_ue), bar))
+        .map(|noise_ue| {
+            let compared = noise_ue == roc::NOISE_UE;
+            let hours = hours(noise_ue);
+            alarms::tally(base, options, &responses, noise_ue, hours, compared, bar)
+        })
         .collect::<anyhow::Result<Vec<_>>>()?;
     let swept = roc::EVIDENCE
         .into_iter()
@@ -79,7 +100,15 @@ pub fn run(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result
                 settings: roc::with_evidence(&options.settings, factor),
                 ..options.clone()
             };
-            alarms::tally(base, &options, &responses, roc::NOISE_UE, swept_h, bar)
+            alarms::tally(
+                base,
+                &options,
+                &responses,
+                roc::NOISE_UE,
+                swept_h,
+                false,
+                bar,
+            )
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
     let compared = tallies.iter().find(|tally| tally.noise_ue == roc::NOISE_UE);

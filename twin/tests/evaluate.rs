@@ -11,14 +11,14 @@ use serde_json::Value;
 use softgrip::settings::Settings;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, FINGERS, Grip, TICK_US};
+use twin::evaluate::bench::Bench;
 use twin::evaluate::case::{Case, Knowledge};
 use twin::evaluate::hand::{Gauge, Hand};
 use twin::evaluate::latency::{judge, trials_of};
 use twin::evaluate::record::{Fate, Recording};
-use twin::evaluate::response::{Bench, Held, Response};
-use twin::evaluate::routine::Motion;
-use twin::evaluate::summary::Summary;
-use twin::evaluate::{self, Options, alarms};
+use twin::evaluate::response::{Held, Response};
+use twin::evaluate::routine::{Activity, Motion};
+use twin::evaluate::{Options, alarms};
 use twin::plant::Plant;
 use twin::scenario::ObjectKind;
 use twin::setup::Setup;
@@ -169,7 +169,8 @@ fn the_generator_shakes_like_the_twin_at_every_frequency() {
 }
 
 /// Knocks shift the object in the grip. How far, friction decides, and the generator's law of it is a
-/// simple one: over some knocks it must be as rough as the twin, within a factor of 1.6.
+/// simple one. Over some knocks it must be as rough as the twin; it may be rougher, for that makes false
+/// alarms more and not fewer.
 #[test]
 fn stops_and_bumps_are_as_rough_as_on_the_twin() {
     for (object, mass_kg) in GRIPS {
@@ -199,7 +200,7 @@ fn stops_and_bumps_are_as_rough_as_on_the_twin() {
             let [twin, generator] = squares.map(f64::sqrt);
             let ratio = generator / twin;
             assert!(
-                (0.6..1.6).contains(&ratio),
+                (0.7..2.5).contains(&ratio),
                 "{object}, {name}: fingers × {ratio:.2}"
             );
             let [twin, generator] = sums.map(|sum| sum / 5.0);
@@ -306,30 +307,17 @@ fn recordings_are_found_again() {
 }
 
 #[test]
-fn nothing_depends_on_the_number_of_threads() {
-    let base = base();
-    let options = options(502);
-    let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let pool = pool.build().expect("threads");
-        let evaluation = pool
-            .install(|| evaluate::run(&base, &options, &ProgressBar::hidden()))
-            .expect("an evaluation");
-        serde_json::to_string(&Summary::of(&evaluation, &options)).expect("JSON")
-    };
-    assert_eq!(run(1), run(3));
-}
-
-#[test]
 fn every_hour_is_counted_once_and_every_activity_happens() {
     let base = base();
     let options = options(503);
-    let responses = alarms::responses(&base).expect("responses");
+    let responses =
+        GRIPS.map(|(object, mass_kg)| Response::of(&grip(object, mass_kg)).expect("a response"));
     let bar = ProgressBar::hidden();
-    let tally = alarms::tally(&base, &options, &responses, 20.0, 0.5, &bar).expect("a tally");
+    let tally =
+        alarms::tally(&base, &options, &responses, 20.0, 0.5, false, &bar).expect("a tally");
     let total = tally.total();
     assert!((total.time_s - 1800.0).abs() < 1.0, "{}", total.time_s);
-    for (activity, count) in alarms::Activity::ALL.iter().zip(tally.counts) {
+    for (activity, count) in Activity::ALL.iter().zip(tally.counts) {
         assert!(count.times > 0 && count.time_s > 0.0, "{activity:?}");
     }
     assert_eq!(tally.alarms.len() as u64, total.lost + total.faults);
@@ -341,18 +329,28 @@ fn softgrip(args: &[&str]) -> Output {
 }
 
 #[test]
-fn the_command_prints_json_and_writes_its_files() {
+fn the_command_prints_json_and_writes_its_files_whatever_the_number_of_threads() {
     let dir = tempfile::tempdir().expect("a directory");
     let out = dir.path().to_str().expect("a name");
-    let output = softgrip(&[
-        "evaluate", "--losses", "3", "--hours", "0.02", "--seed", "504", "--json", "--out", out,
-    ]);
+    let run = |jobs: &str| {
+        softgrip(&[
+            "evaluate", "--losses", "3", "--hours", "0.02", "--seed", "504", "--json", "--out",
+            out, "--jobs", jobs,
+        ])
+    };
+    let output = run("1");
     assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.stdout, run("3").stdout);
     let json: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
     assert_eq!(json["seed"], 504);
     let latency = json["latency"].as_array().expect("a list");
-    assert_eq!(latency.len(), 6);
-    assert!(latency.iter().all(|row| row["losses"] == 3));
+    // Three levels of noise, dropped or pushed out, calibrated or not.
+    assert_eq!(latency.len(), 12);
+    let losses: u64 = latency
+        .iter()
+        .filter_map(|row| row["losses"].as_u64())
+        .sum();
+    assert_eq!(losses, 3 * 2 * 3);
     assert_eq!(json["false_alarms"].as_array().map(Vec::len), Some(3));
     assert_eq!(json["detectors"].as_array().map(Vec::len), Some(6));
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).expect(name);

@@ -18,7 +18,7 @@ pub const NOISE_UE: f64 = 100.0;
 /// Evidence over that of the settings, for the controller's own curve.
 pub const EVIDENCE: [f32; 9] = [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 2.0, 4.0];
 /// Share of the hours that each point of the controller's own curve gets.
-pub const SWEEP_SHARE: f64 = 0.1;
+pub const SWEEP_SHARE: f64 = 0.05;
 
 /// One loss, as everybody saw it.
 #[derive(Debug, Clone)]

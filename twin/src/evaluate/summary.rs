@@ -56,6 +56,8 @@ pub struct Latency {
     pub held: usize,
     /// Of these, runs in which the object was moved out of place by more than 20 mm.
     pub displaced: usize,
+    /// Of these, runs in which a loss was reported.
+    pub displaced_reported: usize,
     /// Reported lost while it was held, or long before it was lost.
     pub false_alarms: usize,
 }
@@ -155,7 +157,9 @@ pub struct Detector {
     pub equal: Option<Setting>,
     /// Its median latency there over the controller's; none if it misses half, or if the controller's is
     /// not positive.
-    pub times_slower: Option<f64>,
+    pub times_slower_p50: Option<f64>,
+    /// The same of the 99 %.
+    pub times_slower_p99: Option<f64>,
     /// As published or set.
     pub published: Option<Setting>,
     /// At many thresholds.
@@ -228,6 +232,11 @@ impl Latency {
             not_recognised: count(Verdict::NotRecognised),
             held: of.iter().filter(|t| t.loss.is_none()).count(),
             displaced: count(Verdict::Displaced),
+            displaced_reported: of
+                .iter()
+                .filter(|t| t.verdict() == Verdict::Displaced)
+                .filter(|t| matches!(t.report, Report::Lost { .. }))
+                .count(),
             false_alarms: count(Verdict::FalseAlarm),
         }
     }
@@ -303,16 +312,18 @@ impl Cause {
 }
 
 fn detectors(curves: &[Curve]) -> Vec<Detector> {
-    let ours = curves.first().and_then(|curve| curve.equal?.p50_ms);
+    let ours = curves.first().and_then(|curve| curve.equal);
+    let slower = |curve: &Curve, ms: fn(&Point) -> Option<f64>| {
+        let (theirs, ours) = (ms(&curve.equal?)?, ms(&ours?)?);
+        (ours > 0.0).then(|| round(theirs / ours, 2))
+    };
     curves
         .iter()
         .map(|curve| Detector {
             name: curve.name,
             equal: curve.equal.map(Setting::of),
-            times_slower: match (curve.equal.and_then(|point| point.p50_ms), ours) {
-                (Some(theirs), Some(ours)) if ours > 0.0 => Some(round(theirs / ours, 2)),
-                _ => None,
-            },
+            times_slower_p50: slower(curve, |point| point.p50_ms),
+            times_slower_p99: slower(curve, |point| point.p99_ms),
             published: curve.published.map(Setting::of),
             curve: curve.points.iter().copied().map(Setting::of).collect(),
         })

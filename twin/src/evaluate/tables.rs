@@ -95,6 +95,7 @@ fn latency(rows: &[Latency]) -> Table {
             row.not_recognised,
             row.held,
             row.displaced,
+            row.displaced_reported,
             row.false_alarms,
         ];
         let mut cells = vec![
@@ -126,10 +127,11 @@ fn latency(rows: &[Latency]) -> Table {
             "unrecognised",
             "held",
             "displaced",
+            "reported",
             "false",
         ],
         rows: rows.iter().map(row).collect(),
-        note: "From the moment when the true residual, summed over the fingers, left 90 % of its plateau for good. A loss is an object that moved 20 mm against the palm and let that sum collapse before any commanded release. Early: reported before that moment, as where one finger empties first; the earliest is the minimum. Missed: not within 500 ms. Misnamed: reported as an air loss or a fault. Unrecognised: the controller did not say `holding` before the lift. Held: runs without a loss; displaced, those in which the object moved 20 mm but stayed in the fingers, count neither way. False: reported lost while the object had moved less than 1 mm, or was never lost. Calibrated fingers are known to 1 %, uncalibrated ones to 10 %.".into(),
+        note: "From the moment when the true residual, summed over the fingers, left 90 % of its plateau for good. A loss is an object that moved 20 mm against the palm and let that sum fall below half before any commanded release. Dropped: left to the arm's motion; pushed out: by a force from outside. Early: reported before that moment, as where one finger empties first; the earliest is the minimum. Missed: not within 500 ms. Misnamed: reported as an air loss or a fault. Unrecognised: the controller did not say `holding` before the lift. Held: runs without a loss; displaced, those in which the object moved 20 mm but stayed in the fingers, count neither way, reported or not. False: reported lost while the object had moved less than 1 mm, or was never lost. Calibrated fingers are known to 1 %, uncalibrated ones to 10 %.".into(),
     }
 }
 
@@ -214,11 +216,16 @@ fn detectors(detectors: &[Detector]) -> Table {
     let row = |detector: &Detector| {
         let mut row = vec![detector.name.to_string()];
         row.extend(cells(&detector.equal));
-        row.push(match (detector.times_slower, &detector.equal) {
-            (Some(ratio), _) => format!("{ratio:.1}"),
-            (None, Some(Setting { p50_ms: None, .. })) => "∞".into(),
+        let equal = detector.equal.as_ref();
+        let ratio = |times: Option<f64>, ms: Option<Option<f64>>| match (times, ms) {
+            (Some(times), _) => format!("{times:.1}"),
+            (None, Some(None)) => "∞".into(),
             (None, _) => "-".into(),
-        });
+        };
+        let p50 = equal.map(|setting| setting.p50_ms);
+        let p99 = equal.map(|setting| setting.p99_ms);
+        row.push(ratio(detector.times_slower_p50, p50));
+        row.push(ratio(detector.times_slower_p99, p99));
         row.extend(cells(&detector.published));
         row
     };
@@ -231,7 +238,8 @@ fn detectors(detectors: &[Detector]) -> Table {
             "p50",
             "p99",
             "missed",
-            "× ours",
+            "p50 × ours",
+            "p99 × ours",
             "published",
             "false alarms",
             "p50",
@@ -239,6 +247,6 @@ fn detectors(detectors: &[Detector]) -> Table {
             "missed",
         ],
         rows: detectors.iter().map(row).collect(),
-        note: "Left: at the controller's own number of false alarms, or at the lowest threshold without any where the controller has none; each rule's threshold is chosen with hindsight on these very hours, which no user can do. Latencies in ms, of the same losses; a missed loss takes for ever. Right: at the threshold that is published for the rule, where there is one. All rules work on the controller's own residual, normalised by its mean over 40 ms before the hold, and are armed only while the controller holds.".into(),
+        note: "Left: at the controller's own number of false alarms, or at the lowest threshold without any where the controller has none; each rule's threshold is chosen with hindsight on these very hours, which no user can do. Latencies in ms, of the same losses; a missed loss takes for ever; no ratio where ours comes before the onset. Right: at the threshold that is published for the rule, where there is one. All rules work on the controller's own residual, normalised by its mean over 40 ms before the hold, and are armed only while the controller holds.".into(),
     }
 }

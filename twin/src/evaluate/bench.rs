@@ -1,0 +1,115 @@
+//! The twin's fingers and an object on an arm that goes where it is told.
+
+use finger::chain::Chain;
+use softgrip::FINGERS;
+
+use crate::plant::world_config;
+use crate::setup::Setup;
+use crate::world::World;
+
+/// Step of the world, s.
+pub const STEP_S: f64 = 0.001;
+/// Pressures of a closing, kPa apart.
+pub const GRID_KPA: f64 = 2.0;
+
+/// The fingers, an object and an arm that goes where it is told.
+pub struct Bench {
+    world: World,
+    chain: Chain,
+    pressure_kpa: f64,
+    /// Where the palm is, m.
+    pub position_m: [f64; 3],
+    velocity_m_s: [f64; 3],
+}
+
+impl Bench {
+    /// Open fingers above the object on its fixture.
+    fn open(setup: &Setup) -> Self {
+        let mut setup = setup.clone();
+        // The first finger in the direction of x.
+        setup.gripper.hand.first_finger_deg = 0.0;
+        let config = world_config(&setup.scenario, &setup.gripper, &setup.chain);
+        Self {
+            world: World::new(&config, [0.0; 3]),
+            chain: setup.chain.clone(),
+            pressure_kpa: 0.0,
+            position_m: [0.0; 3],
+            velocity_m_s: [0.0; 3],
+        }
+    }
+
+    /// The object held at a pressure and lifted off, at rest.
+    pub fn holding(setup: &Setup, pressure_kpa: f64) -> Self {
+        let mut bench = Self::open(setup);
+        let ticks = |s: f64| (s / STEP_S) as usize;
+        for n in 0..ticks(1.0) {
+            bench.pressure_kpa = pressure_kpa * (n as f64 / ticks(0.6) as f64).min(1.0);
+            bench.step([0.0; 3]);
+        }
+        for acceleration in [2.0, -2.0] {
+            for _ in 0..ticks(0.4) {
+                bench.step([0.0, 0.0, acceleration]);
+            }
+        }
+        for _ in 0..ticks(0.4) {
+            bench.step([0.0; 3]);
+        }
+        bench
+    }
+
+    /// One step of 1 ms at this acceleration of the palm.
+    pub fn step(&mut self, acceleration_m_s2: [f64; 3]) {
+        let motion = self.position_m.iter_mut().zip(&mut self.velocity_m_s);
+        for ((position, velocity), acceleration) in motion.zip(acceleration_m_s2) {
+            *velocity += STEP_S * acceleration;
+            *position += STEP_S * *velocity;
+        }
+        let torques = self.chain.joint_torques_nm(self.pressure_kpa);
+        self.world.step(&[torques; FINGERS], self.position_m);
+    }
+
+    /// The acceleration with a weak pull back home, so that noise does not lead the arm away.
+    pub fn confined(&self, home_m: [f64; 3], acceleration_m_s2: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| {
+            let away_m = self.position_m[i] - home_m[i];
+            acceleration_m_s2[i] - 4.0 * self.velocity_m_s[i] - 4.0 * away_m
+        })
+    }
+
+    /// Residual of each finger in steady air, µε.
+    pub fn residual_ue(&self) -> [f64; FINGERS] {
+        let free = self.chain.free_strain_ue(self.pressure_kpa);
+        let angles = self.world.joint_angles();
+        angles.map(|angles| free - self.chain.gauge_strain_ue(&angles))
+    }
+}
+
+/// Mean residual of a finger while the object is gripped slowly on its fixture; its mass has no share in it.
+pub fn closing(setup: &Setup) -> Vec<f64> {
+    let mut bench = Bench::open(setup);
+    let steps = (setup.chain.max_pressure_kpa() / GRID_KPA) as usize;
+    (0..=steps)
+        .map(|n| {
+            bench.pressure_kpa = n as f64 * GRID_KPA;
+            // Slow against the finger's 26 ms: 50 ms for each 2 kPa.
+            for _ in 0..50 {
+                bench.step([0.0; 3]);
+            }
+            let sum: f64 = bench.residual_ue().iter().sum();
+            // Before the first touch the finger's own weight is no contact.
+            (sum / FINGERS as f64).max(0.0)
+        })
+        .collect()
+}
+
+/// What an answer across in x and y is to each finger.
+pub fn spread([x, y]: [f64; 2]) -> [f64; FINGERS] {
+    directions().map(|[cos, sin]| cos * x + sin * y)
+}
+
+/// Outward directions of the fingers across, x and y.
+pub const fn directions() -> [[f64; 2]; FINGERS] {
+    // √3 / 2.
+    const SIN_60: f64 = 0.866_025_403_784_438_6;
+    [[1.0, 0.0], [-0.5, SIN_60], [-0.5, -SIN_60]]
+}

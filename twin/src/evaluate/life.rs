@@ -1,0 +1,325 @@
+//! A gripper with its controller, hour after hour, in which nothing is lost.
+
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
+use softgrip::table::FingerTable;
+use softgrip::telemetry::Event;
+use softgrip::units::{DacCode, Instant, Kilopascals};
+use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
+
+use super::Options;
+use super::alarms::{Alarm, Block, Programme, TICK_S, Tally};
+use super::baselines::{Baselines, RULES};
+use super::case::generator;
+use super::hand::{Gauge, Hand};
+use super::response::Response;
+use super::routine::{Activity, Motion, motion};
+use crate::gripper::Gripper;
+use crate::setup::Setup;
+use crate::sim;
+
+/// Number of the random stream.
+const STREAM: u64 = 16;
+/// The score of a rule that is not armed.
+const NO_SCORE: [f32; RULES] = [f32::MIN; RULES];
+
+/// A gripper with its controller in the course of a block.
+pub(super) struct Life<'a> {
+    rng: SmallRng,
+    hand: Hand<SmallRng>,
+    controller: Controller,
+    responses: &'a [Response],
+    gripper: Gripper,
+    table: &'static FingerTable,
+    tick: u64,
+    end: u64,
+    dac: DacCode,
+    /// Amplitude, kPa, and phase per tick of the regulator's ripple.
+    ripple: (f64, f64),
+    bad: Option<Bad>,
+    /// Only where they are compared with the controller.
+    pub baselines: Option<Baselines>,
+    greatest: [f32; RULES],
+    tally: Tally,
+    block: u64,
+}
+
+/// A gauge on its way out.
+#[derive(Debug, Clone, Copy)]
+struct Bad {
+    finger: usize,
+    /// When it began, s.
+    since_s: f64,
+    /// Time constant, s.
+    time_s: f64,
+    /// What it comes to: share of the gain lost, offset, and noise.
+    gain_lost: f64,
+    offset_ue: f64,
+    noise_ue: f32,
+}
+
+/// How a stretch of time ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// As planned.
+    Done,
+    /// The controller let the hold go, or the block is over.
+    Broken,
+}
+
+impl<'a> Life<'a> {
+    pub fn new(
+        base: &Setup,
+        options: &Options,
+        responses: &'a [Response],
+        block: &Block,
+    ) -> anyhow::Result<Self> {
+        let noise = block.noise_ue as u64;
+        let mut rng = SmallRng::from_rng(&mut generator(options.seed, STREAM + noise, block.index));
+        let mut gripper = base.gripper.clone();
+        let regulator = &mut gripper.regulator;
+        regulator.lag_ms = rng.random_range(50.0..=90.0);
+        regulator.gain = rng.random_range(0.99..=1.01);
+        regulator.offset_kpa = rng.random_range(-1.0..=1.0);
+        gripper.gauge.creep_percent = rng.random_range(0.0..=3.0);
+        gripper.gauge.creep_time_s = rng.random_range(5.0..=60.0);
+        let gauges = std::array::from_fn(|_| Gauge {
+            gain: rng.random_range(0.99..=1.01),
+            offset_ue: rng.random_range(-50.0..=50.0),
+            noise_ue: block.noise_ue as f32,
+        });
+        let table = base.table();
+        let noise = SmallRng::from_rng(&mut rng);
+        Ok(Self {
+            hand: Hand::new(&gripper, table, gauges, noise),
+            controller: sim::controller(table, &options.settings)?,
+            rng,
+            responses,
+            gripper,
+            table,
+            tick: 0,
+            end: block.ticks,
+            dac: DacCode(0),
+            ripple: (0.0, 0.0),
+            bad: None,
+            baselines: None,
+            greatest: NO_SCORE,
+            tally: Tally::none(block.noise_ue),
+            block: block.index,
+        })
+    }
+
+    pub fn live(mut self, block: &Block) -> Tally {
+        while self.tick < self.end {
+            match block.programme {
+                Programme::Shift => self.job(),
+                Programme::LongHold => self.long_hold(),
+                Programme::BadGauge => self.bad_gauge(),
+            }
+        }
+        self.tally
+    }
+
+    /// Grip, be busy, let go; now and then close on nothing.
+    fn job(&mut self) {
+        if self.rng.random_bool(0.1) {
+            self.empty_close();
+            return;
+        }
+        let held = self.grip();
+        for _ in 0..self.rng.random_range(4..=20) {
+            if held == End::Broken || self.activity() == End::Broken {
+                break;
+            }
+        }
+        self.release();
+    }
+
+    fn activity(&mut self) -> End {
+        use Activity as A;
+        const CHOICE: [Activity; 7] = [
+            A::Rest,
+            A::Move,
+            A::HardStart,
+            A::EmergencyStop,
+            A::Vibration,
+            A::Bump,
+            A::PressureChange,
+        ];
+        let activity = CHOICE[self.rng.random_range(0..CHOICE.len())];
+        let (motion, time_s) = motion(activity, &mut self.rng);
+        let command = match activity {
+            A::PressureChange => self.grip_command(),
+            _ => Command::Continue,
+        };
+        let time_s = if activity == A::PressureChange {
+            1.5
+        } else {
+            time_s
+        };
+        self.run(activity, time_s, motion, command)
+    }
+
+    fn grip_command(&mut self) -> Command {
+        let pressure = self.rng.random_range(100.0..=160.0);
+        Command::Grip(Grip::Pressure(Kilopascals(pressure)))
+    }
+
+    /// Takes something up.
+    fn grip(&mut self) -> End {
+        let response = &self.responses[self.rng.random_range(0..self.responses.len())];
+        let pressure = Kilopascals(response.pressure_kpa as f32);
+        self.hand.place(Some(response));
+        let ripple_hz = self.rng.random_range(2.0..=40.0);
+        self.ripple = (
+            self.rng.random_range(0.0..=1.0),
+            std::f64::consts::TAU * ripple_hz * TICK_S,
+        );
+        let command = Command::Grip(Grip::Pressure(pressure));
+        self.run(Activity::Closing, 1.2, Motion::Rest, command)
+    }
+
+    fn release(&mut self) {
+        self.run(Activity::Release, 0.9, Motion::Rest, Command::Release);
+        self.hand.place(None);
+        self.ripple = (0.0, 0.0);
+        let greatest = std::mem::replace(&mut self.greatest, NO_SCORE);
+        if greatest != NO_SCORE {
+            self.tally.scores.push(greatest);
+        }
+    }
+
+    fn empty_close(&mut self) {
+        self.hand.place(None);
+        let command = self.grip_command();
+        self.run(Activity::EmptyClose, 1.5, Motion::Rest, command);
+        self.release();
+    }
+
+    /// One grip to the end of the block, now and then moved.
+    fn long_hold(&mut self) {
+        // Creep of an hour: a tenth of the strain with time constants of minutes.
+        self.gripper.gauge.creep_percent = self.rng.random_range(3.0..=10.0);
+        self.gripper.gauge.creep_time_s = self.rng.random_range(300.0..=1800.0);
+        self.renew();
+        let drift: [f64; FINGERS] = std::array::from_fn(|_| self.rng.random_range(-0.5..=0.5));
+        let start = self.tick;
+        let mut end = self.grip();
+        while end == End::Done {
+            for (gauge, drift) in self.hand.gauges.iter_mut().zip(drift) {
+                gauge.offset_ue += drift;
+            }
+            end = self.run(Activity::Creep, 1.0, Motion::Rest, Command::Continue);
+            if end == End::Done && (self.tick - start).is_multiple_of(60_000) {
+                end = self.activity();
+            }
+        }
+        self.release();
+    }
+
+    /// A gauge goes bad in the course of a minute to ten while the gripper works.
+    fn bad_gauge(&mut self) {
+        self.renew();
+        self.bad = Some(Bad {
+            finger: self.rng.random_range(0..FINGERS),
+            since_s: self.tick as f64 * TICK_S,
+            time_s: self.rng.random_range(60.0..=600.0),
+            gain_lost: self.rng.random_range(0.0..=0.3),
+            offset_ue: self.rng.random_range(-2000.0..=2000.0),
+            noise_ue: self.rng.random_range(0.0..=1000.0),
+        });
+        let until = self.tick + 900_000;
+        while self.tick < until.min(self.end) {
+            self.job();
+        }
+        self.bad = None;
+        self.renew();
+    }
+
+    /// Other gauges, another day.
+    fn renew(&mut self) {
+        let noise_ue = self.tally.noise_ue as f32;
+        let gauges = std::array::from_fn(|_| Gauge {
+            gain: self.rng.random_range(0.99..=1.01),
+            offset_ue: self.rng.random_range(-50.0..=50.0),
+            noise_ue,
+        });
+        let noise = SmallRng::from_rng(&mut self.rng);
+        self.hand = Hand::new(&self.gripper, self.table, gauges, noise);
+        self.controller = Controller::new(self.table, *self.controller.active());
+        self.dac = DacCode(0);
+    }
+
+    /// Lets time pass, with a command in its first tick.
+    fn run(&mut self, activity: Activity, time_s: f64, motion: Motion, first: Command) -> End {
+        let label = match (self.bad, activity) {
+            (Some(_), Activity::Closing | Activity::Release | Activity::EmptyClose) => activity,
+            (Some(_), _) => Activity::BadGauge,
+            (None, _) => activity,
+        };
+        let place = label as usize;
+        let ticks = ((time_s / TICK_S) as u64).min(self.end.saturating_sub(self.tick));
+        self.tally.counts[place].times += 1;
+        let mut command = first;
+        let mut end = if ticks == 0 { End::Broken } else { End::Done };
+        for n in 0..ticks {
+            self.tick += 1;
+            self.tally.counts[place].time_s += TICK_S;
+            if self.bad.is_some() && n % 100 == 0 {
+                self.worsen();
+            }
+            let (amplitude, phase) = self.ripple;
+            let ripple_kpa = amplitude * (phase * self.tick as f64).sin();
+            let acceleration = motion.at(n as f64 * TICK_S);
+            let frame = self.hand.step(self.dac, acceleration, ripple_kpa);
+            let now = Instant::from_micros(TICK_US * self.tick);
+            let outputs = self.controller.step(now, &frame, command);
+            self.dac = outputs.dac;
+            if let Some(baselines) = &mut self.baselines {
+                let seen = outputs.snapshot;
+                let scores = baselines.step(&seen.residual, seen.state.is_holding());
+                for (greatest, score) in self.greatest.iter_mut().zip(scores.unwrap_or(NO_SCORE)) {
+                    *greatest = greatest.max(score);
+                }
+            }
+            command = Command::Continue;
+            for event in outputs.events.iter() {
+                let count = &mut self.tally.counts[place];
+                match event {
+                    Event::Lost { .. } => count.lost += 1,
+                    Event::Slip { .. } => count.slips += 1,
+                    // A gauge that goes bad is to be reported.
+                    Event::Fault { .. } if self.bad.is_some() => continue,
+                    Event::Fault { .. } | Event::AirLoss => count.faults += 1,
+                    _ => continue,
+                }
+                if matches!(event, Event::Slip { .. }) {
+                    continue;
+                }
+                self.tally.alarms.push(Alarm {
+                    noise_ue: self.tally.noise_ue,
+                    block: self.block,
+                    t_s: self.tick as f64 * TICK_S,
+                    activity,
+                    detail: format!("{motion:?} after {:.3} s", n as f64 * TICK_S),
+                    event: *event,
+                });
+                command = Command::Acknowledge;
+                end = End::Broken;
+            }
+            if end == End::Broken && command == Command::Continue {
+                break;
+            }
+        }
+        end
+    }
+
+    fn worsen(&mut self) {
+        let Some(bad) = self.bad else { return };
+        let share = 1.0 - (-(self.tick as f64 * TICK_S - bad.since_s) / bad.time_s).exp();
+        let gauge = &mut self.hand.gauges[bad.finger];
+        gauge.gain = 1.0 - share * bad.gain_lost;
+        gauge.offset_ue = share * bad.offset_ue;
+        gauge.noise_ue = self.tally.noise_ue as f32 + share as f32 * bad.noise_ue;
+    }
+}
