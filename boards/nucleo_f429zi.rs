@@ -157,6 +157,13 @@ pub enum ResetReason {
     Other,
 }
 
+impl ResetReason {
+    /// Whether the program failed: it hung, or it reset the chip after a panic or a fault.
+    pub fn is_the_programs(self) -> bool {
+        matches!(self, Self::Software | Self::Watchdog)
+    }
+}
+
 /// Reads the reset flags and clears them for the next time.
 pub fn reset_reason() -> ResetReason {
     let flags = pac::RCC.csr().read();
@@ -224,6 +231,8 @@ pub struct Scan<'a>(RingBufferedAdc<'a, ADC1>);
 
 impl Scan<'_> {
     /// The mean of what has been converted since the last call.
+    // Never inlined: the driver's own panics are counted here.
+    #[inline(never)]
     pub fn frame(&mut self) -> RawFrame {
         let mut samples = [0; BATCH];
         let count = self.0.read_latest(&mut samples);

@@ -252,7 +252,7 @@ impl Conditioner {
                 }
             }
         }
-        tare.ticks += 1;
+        tare.ticks = tare.ticks.saturating_add(1);
         if tare.ticks < TARE_TICKS {
             return None;
         }
@@ -367,8 +367,8 @@ impl Channel {
         }
         let (fault, ticks) = match self.suspect {
             // Among noise some steps are as large as jumps.
-            Some((GaugeFault::Noisy, ticks)) => (GaugeFault::Noisy, ticks + 1),
-            Some((_, ticks)) => (fault, ticks + 1),
+            Some((GaugeFault::Noisy, ticks)) => (GaugeFault::Noisy, ticks.saturating_add(1)),
+            Some((_, ticks)) => (fault, ticks.saturating_add(1)),
             None => (fault, 1),
         };
         self.suspect = Some((fault, ticks));

@@ -71,6 +71,8 @@ impl Controller {
     }
 
     /// One tick; to be called every [`crate::TICK_US`]. `now` must not run backwards.
+    // Never inlined, so that its cost and what it calls can be read off the image.
+    #[inline(never)]
     pub fn step(&mut self, now: Instant, frame: &RawFrame, command: Command) -> Outputs {
         let (table, active) = (self.table, &self.active);
         let mut events = Events::new();

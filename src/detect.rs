@@ -215,7 +215,7 @@ impl Shares {
     ) -> Option<Self> {
         let strongest = reference.iter().copied().fold(0.0, f32::max);
         let mut all = Finger::EMPTY;
-        let mut fingers = 0;
+        let mut fingers = 0usize;
         let mut emptiest: Option<Finger> = None;
         for ((residual, &reference), &variance) in
             contact.residual.iter().zip(reference).zip(noise_variance)
@@ -231,7 +231,7 @@ impl Shares {
                 reference,
                 variance,
             };
-            fingers += 1;
+            fingers = fingers.saturating_add(1);
             all.residual += finger.residual;
             all.reference += finger.reference;
             all.variance += finger.variance;

@@ -28,13 +28,20 @@ pub struct Contact {
 impl Contact {
     /// Fingers that touch something.
     pub fn touching_count(&self) -> usize {
-        self.touching.iter().filter(|&&touching| touching).count()
+        count(self.touching)
     }
 
     /// Fingers whose gauge was usable.
     pub fn usable_count(&self) -> usize {
-        self.residual.iter().flatten().count()
+        count(self.residual.map(|residual| residual.is_some()))
     }
+}
+
+/// How many of the fingers. `Iterator::count` brings a panic for more than a `usize` can count.
+fn count(fingers: [bool; FINGERS]) -> usize {
+    fingers
+        .into_iter()
+        .fold(0, |sum: usize, finger| sum.saturating_add(finger.into()))
 }
 
 /// Contact, once made, is kept down to this share of its threshold.
@@ -60,13 +67,38 @@ impl Lag {
     }
 }
 
+/// Whether one finger touches, debounced.
+#[derive(Debug, Clone, Copy, Default)]
+struct Touch {
+    touching: bool,
+    against: u8,
+}
+
+impl Touch {
+    fn step(&mut self, residual: f32, threshold: f32) {
+        let level = if self.touching {
+            RELEASE_SHARE * threshold
+        } else {
+            threshold
+        };
+        if (residual > level) == self.touching {
+            self.against = 0;
+            return;
+        }
+        self.against = self.against.saturating_add(1);
+        if self.against >= DEBOUNCE_TICKS {
+            self.touching = !self.touching;
+            self.against = 0;
+        }
+    }
+}
+
 /// The finger's lag behind the pressure, and the touch of each finger.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator {
     /// Unknown before the first measurement.
     lag: Option<Lag>,
-    touching: [bool; FINGERS],
-    against: [u8; FINGERS],
+    touches: [Touch; FINGERS],
     bend: Degrees,
 }
 
@@ -75,8 +107,7 @@ impl Estimator {
     pub fn new() -> Self {
         Self {
             lag: None,
-            touching: [false; FINGERS],
-            against: [0; FINGERS],
+            touches: [Touch::default(); FINGERS],
             bend: Degrees(0.0),
         }
     }
@@ -111,17 +142,19 @@ impl Estimator {
 
         let mut residual = [None; FINGERS];
         let (mut strain_sum, mut strains) = (0.0, 0.0);
-        for (i, slot) in residual.iter_mut().enumerate() {
-            let Some(strain) = reading.gauges[i].strain() else {
+        let fingers = reading.gauges.iter().zip(active.free_bend_gain);
+        let results = residual.iter_mut().zip(&mut self.touches);
+        for ((gauge, gain), (slot, touch)) in fingers.zip(results) {
+            let Some(strain) = gauge.strain() else {
                 continue;
             };
             let value = match active.gauge_sense {
-                GaugeSense::Bend => active.free_bend_gain[i] * free.0 - strain.0,
+                GaugeSense::Bend => gain * free.0 - strain.0,
                 GaugeSense::Contact => strain.0,
             };
             *slot = Some(Microstrain(value));
-            self.touch(i, value, threshold);
-            strain_sum += strain.0 / active.free_bend_gain[i];
+            touch.step(value, threshold);
+            strain_sum += strain.0 / gain;
             strains += 1.0;
         }
         if strains > 0.0 && active.gauge_sense == GaugeSense::Bend {
@@ -133,27 +166,10 @@ impl Estimator {
         }
         Contact {
             residual,
-            touching: self.touching,
+            touching: self.touches.map(|touch| touch.touching),
             free,
             bend: self.bend,
             range,
-        }
-    }
-
-    fn touch(&mut self, finger: usize, residual: f32, threshold: f32) {
-        let level = if self.touching[finger] {
-            RELEASE_SHARE * threshold
-        } else {
-            threshold
-        };
-        if (residual > level) == self.touching[finger] {
-            self.against[finger] = 0;
-            return;
-        }
-        self.against[finger] += 1;
-        if self.against[finger] >= DEBOUNCE_TICKS {
-            self.touching[finger] = !self.touching[finger];
-            self.against[finger] = 0;
         }
     }
 }

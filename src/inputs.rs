@@ -40,7 +40,7 @@ impl Edge {
             self.against = 0;
             return;
         }
-        self.against += 1;
+        self.against = self.against.saturating_add(1);
         if self.against >= DEBOUNCE_TICKS {
             self.level = level;
             self.against = 0;

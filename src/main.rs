@@ -22,6 +22,7 @@ mod telemetry;
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use softgrip::Controller;
+use softgrip::fault::Fault;
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 
@@ -43,9 +44,12 @@ async fn main(spawner: Spawner) {
 
     match Settings::default().validate(&board::FRONT_END, &FINGER) {
         Ok(active) => {
-            let controller = Controller::new(&FINGER, active);
-            spawner.spawn(telemetry::run().expect("spawned once"));
-            board::high_priority().spawn(control::run(board, controller).expect("spawned once"));
+            let fault = reset.is_the_programs().then_some(Fault::Internal);
+            let controller = Controller::starting_with(fault, &FINGER, active);
+            let (sent, received) = links::events().expect("made once");
+            spawner.spawn(telemetry::run(received).expect("spawned once"));
+            let control = control::run(board, controller, sent);
+            board::high_priority().spawn(control.expect("spawned once"));
         }
         // Nothing starts, and the output stays safe.
         Err(error) => defmt::error!("wrong settings: {}", error),

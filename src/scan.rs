@@ -13,7 +13,7 @@ pub fn average(samples: &[u16], overrun: bool) -> RawFrame {
     let mut sums = [0u32; CHANNELS];
     for scan in scans {
         for (sum, &sample) in sums.iter_mut().zip(scan) {
-            *sum += u32::from(sample);
+            *sum = sum.saturating_add(u32::from(sample));
         }
     }
     let count = scans.len() as u32;
@@ -29,7 +29,11 @@ pub fn average(samples: &[u16], overrun: bool) -> RawFrame {
 
 /// Rounded, and left-aligned to 16 bits: times 16 before the division keeps the fraction.
 fn mean(sum: u32, count: u32) -> AdcCode {
-    let code = (16 * sum + count / 2).checked_div(count).unwrap_or(0);
+    let code = sum
+        .saturating_mul(16)
+        .saturating_add(count / 2)
+        .checked_div(count)
+        .unwrap_or(0);
     AdcCode(u16::try_from(code).unwrap_or(u16::MAX))
 }
 

@@ -108,10 +108,9 @@ impl FingerTable {
     /// Force of the three fingers against gravity before an object slides (statics).
     pub fn lift(&self, kind: ObjectKind, pressure: Kilopascals) -> (Newtons, Range) {
         let place = self.place(pressure);
-        let [sphere, cylinder] = [0, 1].map(|i| self.between(place, |row| row.lift_n[i]));
         let lift = match kind {
-            ObjectKind::Sphere => sphere,
-            ObjectKind::Cylinder => cylinder,
+            ObjectKind::Sphere => self.between(place, |row| row.lift_n[0]),
+            ObjectKind::Cylinder => self.between(place, |row| row.lift_n[1]),
         };
         (Newtons(lift), place.range)
     }

@@ -4,62 +4,101 @@
 
 use core::sync::atomic::Ordering::Relaxed;
 
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Duration, Instant, Ticker};
+use heapless::spsc::Producer;
 use softgrip::inputs::Inputs;
 use softgrip::telemetry::Events;
-use softgrip::{Controller, TICK_US};
+use softgrip::{Controller, RawFrame, TICK_US};
 
-use crate::board::Board;
-use crate::links::{EVENTS, EVENTS_LOST, LONGEST_TICK_US, Numbered, SNAPSHOT, TELEMETRY_RAN};
+use crate::board::{Board, IndicatorPins, InputPins, Regulator};
+use crate::links::{
+    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LONGEST_TICK_US, Numbered, TELEMETRY_RAN, TICK, Tick,
+};
 
 #[embassy_executor::task]
-pub async fn run(mut board: Board, mut controller: Controller) -> ! {
-    let mut inputs = Inputs::new();
-    let mut numbering = Numbering::default();
-    let mut scan = board.converter.start();
+pub async fn run(board: Board, controller: Controller, events: Producer<'static, Numbered>) -> ! {
+    let mut converter = board.converter;
+    let mut control = Control {
+        inputs: board.inputs,
+        debounced: Inputs::new(),
+        controller,
+        regulator: board.regulator,
+        indicators: board.indicators,
+        watchdog: board.watchdog,
+        events,
+        number: 0,
+    };
+    let mut scan = converter.start();
     let mut ticker = Ticker::every(Duration::from_micros(TICK_US));
-    board.watchdog.unleash();
+    control.watchdog.unleash();
     loop {
         ticker.next().await;
         let began = Instant::now();
-        let now = softgrip::units::Instant::from_micros(began.as_micros());
-
         let frame = scan.frame();
         if frame.overrun {
             // An overrun stops the transfer in the middle of a scan: start again at channel one.
             drop(scan);
-            scan = board.converter.start();
+            scan = converter.start();
         }
-        let command = inputs.step(board.inputs.levels());
-        let outputs = controller.step(now, &frame, command);
-        board.regulator.set(outputs.dac);
-        board.indicators.set(outputs.indicators);
-
-        SNAPSHOT.signal(outputs.snapshot);
-        numbering.send(now, &outputs.events);
-        LONGEST_TICK_US.fetch_max(began.elapsed().as_micros() as u32, Relaxed);
-        // Only a tick gets here, so the watchdog is fed when both tasks are alive.
-        if TELEMETRY_RAN.swap(false, Relaxed) {
-            board.watchdog.pet();
-        }
+        control.tick(began, frame);
     }
 }
 
-/// The number of the last event.
-#[derive(Default)]
-struct Numbering(u32);
+/// All that a tick uses but the converter.
+struct Control {
+    inputs: InputPins,
+    debounced: Inputs,
+    controller: Controller,
+    regulator: Regulator,
+    indicators: IndicatorPins,
+    watchdog: IndependentWatchdog<'static, IWDG>,
+    events: Producer<'static, Numbered>,
+    /// The number of the last event.
+    number: u32,
+}
 
-impl Numbering {
+impl Control {
+    // Never inlined, so that what it can reach can be read off the image: no panic.
+    #[inline(never)]
+    fn tick(&mut self, began: Instant, frame: RawFrame) {
+        let now = softgrip::units::Instant::from_micros(began.as_micros());
+        let command = self.debounced.step(self.inputs.levels());
+        let outputs = self.controller.step(now, &frame, command);
+        self.regulator.set(outputs.dac);
+        self.indicators.set(outputs.indicators);
+
+        TICK.signal(Tick {
+            frame,
+            command,
+            dac: outputs.dac,
+            snapshot: outputs.snapshot,
+        });
+        self.send(now, &outputs.events);
+        let took_us = Instant::now().as_micros().saturating_sub(began.as_micros());
+        LONGEST_TICK_US.fetch_max(took_us as u32, Relaxed);
+        // Only a tick gets here, so the watchdog is fed when both tasks are alive.
+        if TELEMETRY_RAN.swap(false, Relaxed) {
+            self.watchdog.pet();
+        }
+    }
+
+    /// Passes a tick's events on, and counts what finds no room.
     fn send(&mut self, at: softgrip::units::Instant, events: &Events) {
         for &event in events.iter() {
-            self.0 = self.0.wrapping_add(1);
-            let number = self.0;
-            if EVENTS.try_send(Numbered { number, at, event }).is_err() {
+            self.number = self.number.wrapping_add(1);
+            let number = self.number;
+            // The first always holds: it tells the compiler that the queue does not divide by zero.
+            let sent = self.events.capacity() <= EVENTS_HELD
+                && self.events.enqueue(Numbered { number, at, event }).is_ok();
+            if !sent {
                 EVENTS_LOST.fetch_add(1, Relaxed);
             }
+            EVENT_SENT.signal(());
         }
         let lost = u32::from(events.lost());
-        self.0 = self.0.wrapping_add(lost);
+        self.number = self.number.wrapping_add(lost);
         EVENTS_LOST.fetch_add(lost, Relaxed);
     }
 }

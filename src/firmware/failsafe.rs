@@ -26,19 +26,42 @@ fn panic(info: &PanicInfo) -> ! {
     reset()
 }
 
-// SAFETY: the name gives it the place of the hard fault's handler in the vector table, and it never
-// returns to the code that failed.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+// After a stack overflow there is no stack to work on, so this takes it from the top again: nothing
+// returns to what was there. A frame that could not be written is not read either.
+// SAFETY: the name gives it the place of the hard fault's handler in the vector table; it goes on in a
+// function that never returns to the code that failed.
+#[unsafe(no_mangle)]
+#[unsafe(naked)]
+unsafe extern "C" fn HardFault() -> ! {
+    core::arch::naked_asm!(
+        "mov r0, sp",
+        "movw r1, #:lower16:_stack_end",
+        "movt r1, #:upper16:_stack_end",
+        "cmp r0, r1",
+        "bhs 2f",
+        "movs r0, #0",
+        "movw r1, #:lower16:_stack_start",
+        "movt r1, #:upper16:_stack_start",
+        "mov sp, r1",
+        "2: b {hard_fault}",
+        hard_fault = sym hard_fault,
+    )
+}
+
+unsafe extern "C" fn hard_fault(frame: *const ExceptionFrame) -> ! {
     board::safe_output();
     // SAFETY: reads a status register of the core, which has no side effect.
     let cause = unsafe { (*SCB::PTR).cfsr.read() };
-    defmt::error!(
-        "hard fault at {=u32:#010x}, called from {=u32:#010x}, cause {=u32:#010x}",
-        frame.pc(),
-        frame.lr(),
-        cause,
-    );
+    // SAFETY: null, or what the core has just put on its stack.
+    match unsafe { frame.as_ref() } {
+        Some(frame) => defmt::error!(
+            "hard fault at {=u32:#010x}, called from {=u32:#010x}, cause {=u32:#010x}",
+            frame.pc(),
+            frame.lr(),
+            cause,
+        ),
+        None => defmt::error!("hard fault: stack overflow, cause {=u32:#010x}", cause),
+    }
     reset()
 }
 

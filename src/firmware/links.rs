@@ -4,10 +4,11 @@ use core::sync::atomic::{AtomicBool, AtomicU32};
 
 use embassy_executor::InterruptExecutor;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
+use heapless::spsc::{Consumer, Producer, Queue};
 use softgrip::telemetry::{Event, Snapshot};
-use softgrip::units::Instant;
+use softgrip::units::{DacCode, Instant};
+use softgrip::{Command, RawFrame};
 
 /// An event with its number, which counts the lost ones too.
 pub struct Numbered {
@@ -16,17 +17,40 @@ pub struct Numbered {
     pub event: Event,
 }
 
+/// What the control task saw, what it did, and how it looks at things: with every tick of a run, the
+/// run can be done again elsewhere, bit for bit.
+pub struct Tick {
+    pub frame: RawFrame,
+    pub command: Command,
+    pub dac: DacCode,
+    pub snapshot: Snapshot,
+}
+
 /// Four ticks that are as eventful as a tick can be.
-const EVENTS_HELD: usize = 4 * softgrip::telemetry::EVENTS;
+pub const EVENTS_HELD: usize = 4 * softgrip::telemetry::EVENTS;
 
 /// Runs the control task; polled by the board's spare interrupt.
 pub static HIGH_PRIORITY: InterruptExecutor = InterruptExecutor::new();
 
 /// The latest tick. The telemetry task takes it when it is due; a newer one replaces it.
-pub static SNAPSHOT: Signal<CriticalSectionRawMutex, Snapshot> = Signal::new();
+pub static TICK: Signal<CriticalSectionRawMutex, Tick> = Signal::new();
 
-/// Every event. The telemetry task drains it as soon as it is not empty.
-pub static EVENTS: Channel<CriticalSectionRawMutex, Numbered, EVENTS_HELD> = Channel::new();
+/// Every event, from the control task to the telemetry task, which drains it as soon as it is told.
+/// None but for the first caller. Unlike a channel of embassy's it has no lock, and with it no panic.
+pub fn events() -> Option<(Producer<'static, Numbered>, Consumer<'static, Numbered>)> {
+    let queue = cortex_m::singleton!(
+        EVENTS: Queue<Numbered, { EVENTS_HELD + 1 }> = Queue::new()
+    );
+    Some(queue?.split())
+}
+
+/// Something is in the queue of events. The telemetry task waits for it.
+pub static EVENT_SENT: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// Time between two snapshots, µs. The telemetry task reads it; nobody but a debugger writes it. At 1000
+/// every tick is sent, which is a recording. `used`: the optimiser must not take it for a constant.
+#[used]
+pub static TELEMETRY_PERIOD_US: AtomicU32 = AtomicU32::new(20_000);
 
 /// Events that found no room since start-up. The telemetry task reads it.
 pub static EVENTS_LOST: AtomicU32 = AtomicU32::new(0);

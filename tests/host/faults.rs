@@ -2,7 +2,7 @@
 //! clears it, and that none of them is ever taken for a lost object.
 
 use crate::mock::{GaugeState, MockBoard};
-use softgrip::fault::{Fault, SafeOutput};
+use softgrip::fault::{Fault, RULES, Rule, SafeOutput};
 use softgrip::frontend::FrontEnd;
 use softgrip::grasp::State;
 use softgrip::settings::{OnFault, Settings};
@@ -227,8 +227,8 @@ fn walk(fault: Fault, place: Place, on_fault: OnFault) {
 
 #[test]
 fn every_fault_in_every_state_is_seen_in_time_safe_latched_and_cleared() {
-    for fault in Fault::ALL {
-        for (place, shows) in PLACES.into_iter().zip(fault.rule().shows) {
+    for Rule { fault, shows, .. } in RULES {
+        for (place, shows) in PLACES.into_iter().zip(shows) {
             if shows && !(place == Place::Fault && fault == Fault::Stopped) {
                 for on_fault in [OnFault::Hold, OnFault::Vent] {
                     // A vented fault has nothing left to lose.
@@ -243,8 +243,8 @@ fn every_fault_in_every_state_is_seen_in_time_safe_latched_and_cleared() {
 
 #[test]
 fn what_the_table_calls_invisible_says_nothing() {
-    for fault in Fault::ALL {
-        for (place, shows) in PLACES.into_iter().zip(fault.rule().shows) {
+    for Rule { fault, shows, .. } in RULES {
+        for (place, shows) in PLACES.into_iter().zip(shows) {
             if !shows && !matches!(fault, Fault::SettingsInvalid | Fault::Internal) {
                 let mut board = board_in(place, OnFault::Hold);
                 let said = cause(&mut board, fault, place);
@@ -280,8 +280,11 @@ fn a_program_that_had_to_restart_starts_safe_and_says_so() {
 
 #[test]
 fn the_numbers_of_all_faults_differ_and_rise() {
-    let codes = Fault::ALL.map(Fault::code);
+    let codes = RULES.map(|rule| rule.fault.code());
     assert!(codes.is_sorted_by(|a, b| a < b), "{codes:?}");
+    for rule in RULES {
+        assert_eq!(*rule.fault.rule(), rule);
+    }
 }
 
 #[test]
@@ -291,10 +294,10 @@ fn the_manual_has_one_row_for_every_fault_with_its_number_and_output() {
         .lines()
         .filter(|line| line.contains("| as set |") || line.contains("| vents |"))
         .collect();
-    assert_eq!(rows.len(), Fault::ALL.len());
-    for (fault, row) in Fault::ALL.into_iter().zip(rows) {
+    assert_eq!(rows.len(), RULES.len());
+    for (Rule { fault, output, .. }, row) in RULES.into_iter().zip(rows) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        let output = match fault.rule().output {
+        let output = match output {
             SafeOutput::AsSet => "as set",
             SafeOutput::Vent => "vents",
         };

@@ -22,6 +22,8 @@ const TICK_S: f64 = 0.001;
 /// One 12-bit step of a left-aligned code.
 const ADC_STEP: f64 = 16.0;
 const ADC_MAX: f64 = 4095.0 * ADC_STEP;
+/// The supply's ripple, rms of a tick's mean, V.
+const SUPPLY_RIPPLE_V: f64 = 0.02;
 
 /// A burst tube and a leak: time constants of the pressure, s.
 const BURST_S: f64 = 0.030;
@@ -63,6 +65,17 @@ pub struct Disturbance {
     pub push_n: [f64; 3],
     /// Pressure that the regulator adds on its own, kPa.
     pub ripple_kpa: f64,
+}
+
+/// What stands at the converter's pins, as shares of its reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pins {
+    /// One gauge per finger.
+    pub gauges: [f64; FINGERS],
+    /// The regulator's pressure monitor.
+    pub monitor: f64,
+    /// The supply voltage.
+    pub supply: f64,
 }
 
 /// First-order lag.
@@ -212,6 +225,37 @@ impl Plant {
     /// Advances by one control tick with the regulator's command at `dac`; gives what the converter
     /// measured, and the truth.
     pub fn step(&mut self, dac: DacCode) -> (RawFrame, Truth) {
+        let truth = self.advance(dac);
+        (self.measure(truth.strain_ue), truth)
+    }
+
+    /// As [`Plant::step`], but gives what stands at the pins of a converter of its own. Faults of wires and
+    /// converter are left to whoever has these.
+    pub fn step_pins(&mut self, dac: DacCode) -> (Pins, Truth) {
+        let truth = self.advance(dac);
+        let front_end = self.front_end;
+        let noise_ue = self.noise_ue;
+        let monitor_noise = self.gripper.regulator.monitor_noise_kpa;
+        let pins = Pins {
+            gauges: truth.strain_ue.map(|strain| {
+                self.share(noise_ue, |ue| front_end.gauge_code(Microstrain(ue)), strain)
+            }),
+            monitor: self.share(
+                monitor_noise,
+                |kpa| front_end.monitor_code(Kilopascals(kpa)),
+                truth.pressure_kpa,
+            ),
+            supply: self.share(
+                SUPPLY_RIPPLE_V,
+                |v| front_end.supply_code(Volts(v)),
+                self.gripper.regulator.supply_v,
+            ),
+        };
+        (pins, truth)
+    }
+
+    /// One tick of arm, air and fingers.
+    fn advance(&mut self, dac: DacCode) -> Truth {
         self.ticks += 1;
         let t_s = self.t_s();
         let arm = self.profile.at(t_s);
@@ -223,18 +267,15 @@ impl Plant {
         let strain = angles.map(|angles: [f64; LINKS]| self.chain.gauge_strain_ue(&angles));
         let free = self.chain.free_strain_ue(self.bending.step(inflated_kpa));
         let stiffness = self.gripper.hand.finger_stiffness;
-        let shown = self.creep(strain);
-        let frame = self.measure(shown);
-        let truth = Truth {
+        Truth {
             t_s,
             arm,
             object_m: self.world.object_position(),
             pressure_kpa: self.pressure_kpa(),
             residual_ue: std::array::from_fn(|i| free / stiffness[i] - strain[i]),
-            strain_ue: shown,
+            strain_ue: self.creep(strain),
             contact_n: self.world.contact_force(),
-        };
-        (frame, truth)
+        }
     }
 
     fn t_s(&self) -> f64 {
@@ -352,8 +393,11 @@ impl Plant {
             true => SAG_V,
             false => self.gripper.regulator.supply_v,
         };
-        // 20 mV of ripple.
-        let supply = self.convert(0.02, |v| front_end.supply_code(Volts(v)), supply_v);
+        let supply = self.convert(
+            SUPPLY_RIPPLE_V,
+            |v| front_end.supply_code(Volts(v)),
+            supply_v,
+        );
         if self.broken(FaultKind::StaleFrame) {
             return RawFrame::default();
         }
@@ -408,6 +452,13 @@ impl Plant {
             [.., true] => last,
             [false, false, false] => code,
         }
+    }
+
+    /// The voltage behind `value` with one draw of noise, as a share of the reference.
+    fn share(&mut self, noise: f64, to_code: impl Fn(f32) -> f32, value: f64) -> f64 {
+        let draw: f64 = self.rng.sample(StandardNormal);
+        let code = f64::from(to_code((value + noise * draw) as f32));
+        (code / 65_536.0).clamp(0.0, 1.0)
     }
 
     /// The mean of one tick's scans. `noise` is the rms of that mean; each scan is quantised to 12 bits.

@@ -114,7 +114,7 @@ fn frame(row: &Row) -> RawFrame {
 }
 
 /// The controller counts from its own start; the trace may start anywhere.
-fn on_the_traces_clock(
+pub fn on_the_traces_clock(
     event: softgrip::telemetry::Event,
     now: Instant,
     t_s: f64,

@@ -1,6 +1,6 @@
 //! Runs the controller against the simulated gripper and judges it by the truth.
 
-use std::time::Instant as WallClock;
+use std::time::{Duration, Instant as WallClock};
 
 use finger::chain::Chain;
 use finger::recipe::Recipe;
@@ -32,7 +32,7 @@ const HELD_M: f64 = 0.005;
 const WITH_AIR: f64 = 0.9;
 
 /// Ticks from one pose to the next.
-const POSE_TICKS: u64 = 10;
+pub const POSE_TICKS: u64 = 10;
 
 /// What the physics did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,6 +80,18 @@ pub struct Pose {
     pub object_m: [f64; 3],
     /// Direction in which the cylinder stands.
     pub object_axis: [f64; 3],
+}
+
+impl Pose {
+    /// Where everything in the plant is now.
+    pub fn of(plant: &Plant, truth: &Truth) -> Self {
+        Self {
+            t_s: truth.t_s,
+            links_m: plant.link_ends(),
+            object_m: truth.object_m,
+            object_axis: plant.object_axis(),
+        }
+    }
 }
 
 /// A finished run.
@@ -187,34 +199,13 @@ pub fn run(
             asked_kpa: if gripping { scenario.pressure_kpa } else { 0.0 },
         });
         if tick % POSE_TICKS == 0 {
-            poses.push(Pose {
-                t_s: truth.t_s,
-                links_m: plant.link_ends(),
-                object_m: truth.object_m,
-                object_axis: plant.object_axis(),
-            });
+            poses.push(Pose::of(&plant, &truth));
         }
         if tick % 100 == 0 {
             progress(tick as f64 / ticks as f64);
         }
     }
-    let wall_s = start.elapsed().as_secs_f64();
-    let (outcome, slid_at_s) = judge(&samples);
-    Run {
-        scenario: *scenario,
-        faults: faults.to_vec(),
-        outcome,
-        slid_at_s,
-        collapse_at_s: slid_at_s.and_then(|_| collapse(&samples)),
-        flagged_at_s: events
-            .iter()
-            .find(|timed| matches!(timed.event, Event::Lost(_)))
-            .map(|timed| timed.t_s),
-        realtime_factor: (ticks * TICK_US) as f64 * 1e-6 / wall_s,
-        samples,
-        poses,
-        events,
-    }
+    Run::new(scenario, faults, samples, poses, events, start.elapsed())
 }
 
 /// Whether and when the object moved against the palm between lift and release.
@@ -271,6 +262,33 @@ pub fn collapse_of(
 }
 
 impl Run {
+    /// Judges what happened by the truth in the samples. It took `wall` on the clock on the wall.
+    pub fn new(
+        scenario: &Scenario,
+        faults: &[Injected],
+        samples: Vec<Sample>,
+        poses: Vec<Pose>,
+        events: Vec<TimedEvent>,
+        wall: Duration,
+    ) -> Self {
+        let (outcome, slid_at_s) = judge(&samples);
+        Self {
+            scenario: *scenario,
+            faults: faults.to_vec(),
+            outcome,
+            slid_at_s,
+            collapse_at_s: slid_at_s.and_then(|_| collapse(&samples)),
+            flagged_at_s: events
+                .iter()
+                .find(|timed| matches!(timed.event, Event::Lost(_)))
+                .map(|timed| timed.t_s),
+            realtime_factor: (samples.len() as u64 * TICK_US) as f64 * 1e-6 / wall.as_secs_f64(),
+            samples,
+            poses,
+            events,
+        }
+    }
+
     /// From the collapse to the flag, ms.
     pub fn latency_ms(&self) -> Option<f64> {
         Some(1e3 * (self.flagged_at_s? - self.collapse_at_s?))

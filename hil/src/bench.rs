@@ -1,0 +1,483 @@
+//! Runs the image on the emulated board, and stops once per millisecond for a script.
+
+use std::ops::Range;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, anyhow};
+use rigless::device::ResetCause;
+use rigless::emulator::{self, AccessKind, Driver, HitKind, Host, Settled, Start, Stop, Watch};
+use rigless::session::Session;
+use rigless::soc::stm32f427::generated::DAC;
+use rigless::soc::{Layout, Width};
+use rigless::time::VirtualNanos;
+use sha2::{Digest, Sha256};
+use softgrip::inputs::Levels;
+use softgrip::telemetry::Indicators;
+use softgrip::units::DacCode;
+use twin::plant::Pins;
+
+use crate::board::{DacWrite, Nucleo, Restart};
+use crate::image::{Image, RAM};
+use crate::rtt::{self, Rtt};
+
+/// Nanoseconds of a millisecond.
+pub const MS: u64 = 1_000_000;
+
+/// The control tick comes 0.15 ms after the whole millisecond. What stands at the pins changes just after it,
+/// so that a tick averages one state of the gripper and not two.
+const AFTER_THE_TICK: u64 = 200_000;
+
+/// When the script is called for the `ms`th time.
+pub fn moment_at(ms: u64) -> VirtualNanos {
+    VirtualNanos(if ms == 0 { 0 } else { ms * MS + AFTER_THE_TICK })
+}
+
+/// A variable that gets a value once the firmware has set up its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Preset {
+    /// Where it lies.
+    pub address: u64,
+    /// What it gets.
+    pub value: u32,
+}
+
+/// What the stack is painted with.
+const PAINT: u32 = 0xa5a5_5a5a;
+
+/// A message of the firmware, and the millisecond in which it was taken.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Message {
+    /// Milliseconds since power-on.
+    pub ms: u64,
+    /// Without level and time stamp.
+    pub text: String,
+}
+
+/// One call of the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tick {
+    /// When.
+    pub at: VirtualNanos,
+    /// Instructions since power-on, at the call.
+    pub retired: u64,
+    /// Instructions from the call to the write of its result.
+    pub step: u64,
+    /// What was written.
+    pub dac: DacCode,
+}
+
+/// A restart of the chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reset {
+    /// When.
+    pub at: VirtualNanos,
+    /// Why.
+    pub cause: ResetCause,
+}
+
+/// What a run left behind.
+#[derive(Debug, Default)]
+pub struct Record {
+    /// Everything that the firmware said.
+    pub messages: Vec<Message>,
+    /// Every write of the command output.
+    pub dac: Vec<DacWrite>,
+    /// Every call of the controller.
+    pub ticks: Vec<Tick>,
+    /// Every restart.
+    pub resets: Vec<Reset>,
+    /// Every arrival at the watched instruction.
+    pub hits: Vec<VirtualNanos>,
+    /// Every moment in which something came into the RTT buffer, where that was asked for.
+    pub rtt_writes: Vec<VirtualNanos>,
+    /// Milliseconds that were run.
+    pub ms: u64,
+    /// Instructions that were run.
+    pub instructions: u64,
+    /// Bytes that came over RTT.
+    pub rtt_bytes: u64,
+    /// Over messages' bytes, every write's time and code, and every instruction count.
+    pub digest: String,
+    /// Time on the clock on the wall.
+    pub wall: Duration,
+}
+
+impl Record {
+    /// The first message from `ms` on that contains a text.
+    pub fn message(&self, from_ms: u64, text: &str) -> Option<&Message> {
+        self.messages
+            .iter()
+            .find(|message| message.ms >= from_ms && message.text.contains(text))
+    }
+
+    /// Simulated time over wall time.
+    pub fn realtime_factor(&self) -> f64 {
+        1e-3 * self.ms as f64 / self.wall.as_secs_f64()
+    }
+}
+
+/// Bytes that lie somewhere in the chip's memory before it starts.
+pub struct Placed {
+    /// Where.
+    pub address: u64,
+    /// What.
+    pub bytes: Vec<u8>,
+}
+
+/// How a run begins.
+pub struct Setup<'a> {
+    /// What is run.
+    pub image: &'a Image,
+    /// What the host at the debug port does.
+    pub host: rtt::Host,
+    /// What else lies in flash.
+    pub placed: Option<Placed>,
+    /// Time between two snapshots, µs.
+    pub telemetry_us: u32,
+    /// Another variable with a value of its own.
+    pub preset: Option<Preset>,
+    /// An instruction whose arrivals are noted.
+    pub watch: Option<u64>,
+    /// Whether the moments are noted in which something comes into the RTT buffer. Slows the run down.
+    pub watch_rtt: bool,
+}
+
+impl<'a> Setup<'a> {
+    /// A run as on the desk.
+    pub fn new(image: &'a Image, host: rtt::Host) -> Self {
+        Self {
+            image,
+            host,
+            placed: None,
+            telemetry_us: 20_000,
+            preset: None,
+            watch: None,
+            watch_rtt: false,
+        }
+    }
+}
+
+/// What a script sees and does, between two milliseconds.
+pub struct Moment<'a> {
+    /// Milliseconds since power-on.
+    pub ms: u64,
+    session: &'a mut Session<Nucleo>,
+    host: &'a mut dyn Host,
+    levels: &'a mut Levels,
+    stop: Stop,
+}
+
+impl Moment<'_> {
+    /// Puts voltages on the converter's pins.
+    pub fn set_pins(&mut self, pins: &Pins) {
+        self.session.board_mut().set_pins(pins);
+    }
+
+    /// Changes what the robot applies to the inputs.
+    pub fn set_levels(&mut self, levels: Levels) {
+        *self.levels = levels;
+        self.session.board_mut().set_levels(self.stop.at, levels);
+    }
+
+    /// The regulator's command.
+    pub fn command(&mut self) -> DacCode {
+        self.session.board_mut().command()
+    }
+
+    /// What the robot is told.
+    pub fn indicators(&mut self) -> Indicators {
+        self.session.board_mut().indicators()
+    }
+
+    /// A word of the chip's memory.
+    pub fn word(&mut self, address: u64) -> anyhow::Result<u32> {
+        let word = self.host.read(address, Width::W32)?;
+        Ok(word as u32)
+    }
+
+    /// Changes a word of the chip's RAM.
+    pub fn set_word(&mut self, address: u64, value: u32) -> anyhow::Result<()> {
+        self.host.write(address, Width::W32, value.into())?;
+        Ok(())
+    }
+
+    /// Reads a register of the chip as a debugger does.
+    pub fn register(&mut self, address: u64) -> anyhow::Result<u32> {
+        use rigless::mcu::Operate;
+        let value = self
+            .session
+            .mcu()
+            .peek(self.stop.at, address, Width::W32)
+            .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))?;
+        Ok(value as u32)
+    }
+
+    /// Writes a register of the chip.
+    pub fn set_register(&mut self, address: u64, value: u32) -> anyhow::Result<()> {
+        use rigless::mcu::Operate;
+        self.session
+            .mcu()
+            .write(self.stop.at, address, Width::W32, value.into())
+            .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))
+    }
+
+    /// Paints the stack, before anything has been put on it.
+    pub fn paint(&mut self, stack: Range<u64>) -> anyhow::Result<()> {
+        for address in stack.step_by(4) {
+            self.set_word(address, PAINT)?;
+        }
+        Ok(())
+    }
+
+    /// Bytes from the stack's beginning down to the last where the paint is gone.
+    pub fn used(&mut self, stack: Range<u64>) -> anyhow::Result<u64> {
+        for address in stack.clone().step_by(4) {
+            if self.word(address)? != PAINT {
+                return Ok(stack.end - address);
+            }
+        }
+        Ok(0)
+    }
+
+    /// Has the core's stores just below RAM fail, as they do on the chip; the model lets them pass.
+    pub fn guard_ram(&mut self) {
+        // Each serves once; an overflow and the fault that follows take less.
+        for _ in 0..64 {
+            self.session.fail_next(RAM.start - 0x8000, RAM.start);
+        }
+    }
+
+    /// Fills the chip's RAM with what it holds after a power-on: nothing in particular.
+    pub fn scramble_ram(&mut self) -> anyhow::Result<()> {
+        let mut noise = 0x9e37_79b9u32;
+        for address in RAM.step_by(4) {
+            // xorshift
+            noise ^= noise << 13;
+            noise ^= noise >> 17;
+            noise ^= noise << 5;
+            self.set_word(address, noise)?;
+        }
+        Ok(())
+    }
+
+    /// Restarts the chip.
+    pub fn restart(&mut self, restart: Restart) {
+        self.session.board_mut().set_restart(restart);
+        self.session
+            .reset_by_pin(self.stop.at, self.stop.instruction_count, self.host);
+    }
+}
+
+/// The emulator's driver.
+struct Bench<S, F> {
+    state: S,
+    script: F,
+    next_ms: u64,
+    rtt: Rtt,
+    levels: Levels,
+    /// Address of the controller's step.
+    step: u64,
+    /// A call of the controller whose result has not been written yet.
+    open: Option<Tick>,
+    resets: usize,
+    /// Variables that are set once the firmware has set up its own.
+    presets: Vec<Preset>,
+    preset: bool,
+    record: Record,
+    digest: Sha256,
+    failed: Option<anyhow::Error>,
+}
+
+/// Address of the command output's holding register.
+fn holding_register() -> u64 {
+    use rigless::soc::stm32f427::generated::dac::Register;
+    DAC.base + u64::from(Register::Dhr12r1.spec().offset)
+}
+
+impl<S: Send, F> Bench<S, F>
+where
+    F: FnMut(&mut S, &mut Moment<'_>) -> anyhow::Result<bool> + Send,
+{
+    fn follow_resets(&mut self, session: &mut Session<Nucleo>) {
+        while let Some(reset) = session.resets().get(self.resets).copied() {
+            self.resets += 1;
+            self.record.resets.push(Reset {
+                at: reset.at,
+                cause: reset.cause,
+            });
+            self.open = None;
+            self.preset = false;
+            self.rtt.restart();
+            // The model of the ports forgets what drives them.
+            session.board_mut().set_levels(reset.at, self.levels);
+        }
+    }
+
+    fn each_ms(
+        &mut self,
+        session: &mut Session<Nucleo>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> anyhow::Result<bool> {
+        let ms = self.next_ms;
+        for write in session.board_mut().dac().writes.drain(..) {
+            self.digest.update(write.at.0.to_le_bytes());
+            let code = write.code.map_or(u16::MAX, |code| code.0);
+            self.digest.update(code.to_le_bytes());
+            self.record.dac.push(write);
+        }
+        let (bytes, texts) = self.rtt.take(host)?;
+        self.digest.update(&bytes);
+        self.digest.update(stop.instruction_count.to_le_bytes());
+        self.record.rtt_bytes += bytes.len() as u64;
+        self.record
+            .messages
+            .extend(texts.into_iter().map(|text| Message { ms, text }));
+        self.record.ms = ms;
+        self.record.instructions = stop.instruction_count;
+        let mut moment = Moment {
+            ms,
+            session,
+            host,
+            levels: &mut self.levels,
+            stop,
+        };
+        let goes_on = (self.script)(&mut self.state, &mut moment)?;
+        self.follow_resets(session);
+        Ok(goes_on)
+    }
+}
+
+impl<S: Send, F> Driver<Nucleo> for Bench<S, F>
+where
+    F: FnMut(&mut S, &mut Moment<'_>) -> anyhow::Result<bool> + Send,
+{
+    fn on_settled(&mut self, session: &mut Session<Nucleo>, host: &mut dyn Host, settled: Settled) {
+        self.follow_resets(session);
+        match settled {
+            Settled::Hit(hit) if hit.kind == HitKind::Write => {
+                self.record.rtt_writes.push(hit.at);
+            }
+            // The safe output is the first that it does once its variables are there.
+            Settled::Access { access, .. }
+                if !self.preset && access.address == holding_register() =>
+            {
+                self.preset = true;
+                for &Preset { address, value } in &self.presets {
+                    if let Err(error) = host.write(address, Width::W32, value.into()) {
+                        self.failed = Some(error.into());
+                    }
+                }
+            }
+            Settled::Hit(hit) if hit.address == self.step => {
+                self.open = Some(Tick {
+                    at: hit.at,
+                    retired: hit.instruction_count,
+                    step: 0,
+                    dac: DacCode(0),
+                });
+            }
+            Settled::Hit(hit) => self.record.hits.push(hit.at),
+            Settled::Access { access, value }
+                if access.kind == AccessKind::Write && access.address == holding_register() =>
+            {
+                if let Some(tick) = self.open.take() {
+                    self.record.ticks.push(Tick {
+                        step: access.instruction_count - tick.retired,
+                        dac: DacCode(value as u16),
+                        ..tick
+                    });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn on_stop(
+        &mut self,
+        session: &mut Session<Nucleo>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        // A stop can be for something else, or some nanoseconds late.
+        if stop.at >= moment_at(self.next_ms) {
+            match self.each_ms(session, stop, host) {
+                Ok(true) => self.next_ms += 1,
+                Ok(false) => return None,
+                Err(error) => {
+                    self.failed = Some(error);
+                    return None;
+                }
+            }
+        }
+        Some(moment_at(self.next_ms))
+    }
+}
+
+/// Runs the image from power-on until the script, called once per millisecond, says no. Gives what the
+/// script kept, and what the run left.
+pub fn run<S: Send + 'static>(
+    setup: &Setup<'_>,
+    state: S,
+    script: impl FnMut(&mut S, &mut Moment<'_>) -> anyhow::Result<bool> + Send + 'static,
+) -> anyhow::Result<(S, Record)> {
+    let image = setup.image;
+    let step = image.function("controller::Controller::step")?;
+    let mut images = vec![rigless::image::Image::new(
+        &image.path,
+        image.bytes.clone(),
+        None,
+    )?];
+    if let Some(placed) = &setup.placed {
+        let bytes = placed.bytes.clone();
+        images.push(rigless::image::Image::new(
+            Path::new("placed"),
+            bytes,
+            Some(placed.address),
+        )?);
+    }
+    let mut session = Session::new(Box::new(Nucleo::new()?), 0, VirtualNanos(0))?;
+    session.watch(Watch::Instruction(step.address));
+    if let Some(address) = setup.watch {
+        session.watch(Watch::Instruction(address));
+    }
+    let block = image.variable("_SEGGER_RTT")?.address;
+    if setup.watch_rtt {
+        session.watch(Watch::Writes {
+            address: block + rtt::WRITTEN,
+            length: 4,
+        });
+    }
+    let period = image.variable("TELEMETRY_PERIOD_US")?.address;
+    let mut presets = vec![Preset {
+        address: period,
+        value: setup.telemetry_us,
+    }];
+    presets.extend(setup.preset);
+    let rtt = Rtt::new(block, setup.host, image.table);
+    let bench = Bench {
+        state,
+        script,
+        next_ms: 0,
+        rtt,
+        levels: Levels::default(),
+        step: step.address,
+        open: None,
+        resets: 0,
+        presets,
+        preset: false,
+        record: Record::default(),
+        digest: Sha256::new(),
+        failed: None,
+    };
+    let began = Instant::now();
+    let finished = emulator::run(session, &Start::new(&images), bench).context("the emulator")?;
+    let mut bench = finished.driver;
+    if let Some(error) = bench.failed {
+        return Err(error);
+    }
+    bench.record.wall = began.elapsed();
+    bench.record.digest = format!("{:x}", bench.digest.finalize());
+    Ok((bench.state, bench.record))
+}

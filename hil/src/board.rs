@@ -1,0 +1,271 @@
+//! The board around the emulated chip: crystal, rail, converters, robot's wires. `boards/README.md` shows
+//! the circuit.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::device::{Device, DeviceContext, ErasedDevice, Level, RegisterFile, ResetCause};
+use rigless::machine::{Board, Target, armv7m};
+use rigless::mcu::{Mcu, Operate};
+use rigless::snapshot::Store;
+use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::dac::{Register, cr};
+use rigless::soc::stm32f427::generated::rcc;
+use rigless::soc::stm32f427::peripherals::adc::Channel;
+use rigless::soc::stm32f427::peripherals::gpio::Pin;
+use rigless::soc::{Bus, Error};
+use rigless::time::VirtualNanos;
+use softgrip::inputs::Levels;
+use softgrip::telemetry::Indicators;
+use softgrip::units::DacCode;
+use twin::plant::Pins;
+
+/// The core's clock, and its instructions: one per cycle, no wait states.
+pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::new(180_000_000).expect("it runs");
+
+/// 8 MHz from the ST-LINK's MCO.
+const HSE_HZ: u64 = 8_000_000;
+/// 3.3 V.
+const RAIL_MV: u32 = 3_300;
+/// The converter compares input and reference as whole numbers of any unit. Millivolts would be coarser
+/// than its own steps, so both are given in this share of the reference.
+const REFERENCE: u32 = 3_300_000;
+/// The converter model's full scale.
+const ADC_MAX: f64 = 4095.0;
+
+const PORT_D: usize = 3;
+const PORT_E: usize = 4;
+const PORT_F: usize = 5;
+
+/// Gauges at PA3, PC0 and PC3, monitor at PC2, supply at PB1, as channels of ADC1.
+const GAUGES: [u8; 3] = [3, 10, 13];
+const MONITOR: u8 = 12;
+const SUPPLY: u8 = 9;
+
+/// One change of the converter's output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DacWrite {
+    /// When.
+    pub at: VirtualNanos,
+    /// The code, or none while the converter is off and the pull-down holds the command at 0 V.
+    pub code: Option<DacCode>,
+}
+
+/// DAC channel 1: what is written to the holding register comes out, and is noted.
+#[derive(Debug, Default)]
+pub struct Dac {
+    output: Option<DacCode>,
+    /// Every write since somebody last took them.
+    pub writes: Vec<DacWrite>,
+}
+
+impl Device for Dac {
+    type Register = Register;
+
+    fn write(
+        &mut self,
+        register: Register,
+        _value: u64,
+        registers: &mut RegisterFile,
+        context: &mut DeviceContext<'_>,
+    ) {
+        if !matches!(register, Register::Cr | Register::Dhr12r1) {
+            return;
+        }
+        // Without a trigger the holding register is copied one APB cycle later (RM0090, 14.3.4).
+        let held = registers.get(Register::Dhr12r1) & 0xfff;
+        registers.set(Register::Dor1, held);
+        let on = cr::EN1.is_set(registers.get(Register::Cr));
+        self.output = on.then_some(DacCode(held as u16));
+        self.writes.push(DacWrite {
+            at: context.now(),
+            code: self.output,
+        });
+    }
+}
+
+/// Why the chip restarts, where the model of the part knows no more than its reset pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Restart {
+    /// The pin, or what the model itself decided.
+    Pin,
+    /// The supply was away.
+    PowerOn,
+    /// The supply was below the brown-out level, but not away.
+    BrownOut,
+}
+
+/// The part with the converter that its model lacks.
+#[derive(Debug)]
+pub struct Chip {
+    part: Stm32f427,
+    dac: Dac,
+    dac_slot: usize,
+    restart: Restart,
+}
+
+impl Mcu for Chip {
+    fn bus(&self) -> &Bus {
+        self.part.bus()
+    }
+
+    fn bus_mut(&mut self) -> &mut Bus {
+        self.part.bus_mut()
+    }
+
+    fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
+        self.part.reset(at, cause);
+        self.dac.output = None;
+        self.dac.writes.push(DacWrite { at, code: None });
+        // Power-on shows as brown-out as well, and both at the pin (RM0090, 6.3.21).
+        let flags = match self.restart {
+            Restart::Pin => 0,
+            Restart::PowerOn => rcc::csr::PORRSTF.mask() | rcc::csr::BORRSTF.mask(),
+            Restart::BrownOut => rcc::csr::BORRSTF.mask(),
+        };
+        if flags != 0 {
+            let (_, registers) = self.part.clocks();
+            let flags = flags | rcc::csr::PADRSTF.mask();
+            registers.set(rcc::Register::Csr, flags);
+        }
+        self.restart = Restart::Pin;
+    }
+
+    fn poll(&mut self, now: VirtualNanos) {
+        self.part.poll(now);
+    }
+
+    fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        let (bus, model) = self.part.split(slot);
+        if slot == self.dac_slot {
+            (bus, Some(&mut self.dac))
+        } else {
+            (bus, model)
+        }
+    }
+}
+
+/// The NUCLEO-F429ZI with its front end.
+#[derive(Debug)]
+pub struct Nucleo {
+    chip: Chip,
+}
+
+/// Its runs start from reset.
+impl Store for Nucleo {}
+
+impl Board for Nucleo {
+    fn name(&self) -> &'static str {
+        "nucleo-f429zi"
+    }
+
+    fn target_names(&self) -> Vec<&'static str> {
+        vec!["stm32f429"]
+    }
+
+    fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
+        (target == 0).then_some(&mut self.chip)
+    }
+
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        let lines = u32::from(self.chip.cpu().interrupt_lines);
+        let core = armv7m::Core {
+            variant: armv7m::Variant::M4,
+            clock_hz: CLOCK_HZ,
+            interrupt_lines: NonZeroU32::new(lines).expect("it has interrupts"),
+            priority_bits: 4,
+            refclk_divider: NonZeroU32::new(8).expect("a divider"),
+            instructions_per_second: CLOCK_HZ,
+            boot: "flash",
+        };
+        let windows = rigless::cpu::armv7m::windows(self.chip.bus());
+        let spec = core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight);
+        vec![Target::new("stm32f429", &mut self.chip, spec)]
+    }
+}
+
+impl Nucleo {
+    /// The board without strain, pressure and a robot.
+    pub fn new() -> Result<Self, Error> {
+        let mut part = Stm32f427::new()?;
+        part.rcc.attach_crystals(HSE_HZ, 0);
+        part.set_supply(RAIL_MV);
+        for adc in &mut part.adc {
+            adc.set_reference(REFERENCE);
+        }
+        let dac_slot = part.bus().slot("DAC")?;
+        Ok(Self {
+            chip: Chip {
+                part,
+                dac: Dac::default(),
+                dac_slot,
+                restart: Restart::Pin,
+            },
+        })
+    }
+
+    /// Puts voltages on the converter's pins.
+    pub fn set_pins(&mut self, pins: &Pins) {
+        let adc = &mut self.chip.part.adc[0];
+        let mut set = |channel: u8, share: f64| {
+            let channel = Channel::new(channel).expect("a pin's channel");
+            // The model has 4095 steps and rounds down; the converter has 4096 and rounds.
+            let code = (4096.0 * share).round().clamp(0.0, ADC_MAX);
+            let value = (code + 0.5) / ADC_MAX * f64::from(REFERENCE);
+            adc.set_input(channel, value as u32);
+        };
+        for (channel, share) in GAUGES.into_iter().zip(pins.gauges) {
+            set(channel, share);
+        }
+        set(MONITOR, pins.monitor);
+        set(SUPPLY, pins.supply);
+    }
+
+    /// Drives the robot's inputs. An optocoupler pulls its pin down while 24 V are applied.
+    pub fn set_levels(&mut self, at: VirtualNanos, levels: Levels) {
+        let wires = [
+            (15, levels.grip),
+            (14, levels.release),
+            (13, levels.stop_closed),
+            (12, levels.acknowledge),
+        ];
+        for (pin, on) in wires {
+            let pin = Pin::new(pin).expect("a port has sixteen pins");
+            let level = on.then_some(Level::Low);
+            self.chip
+                .part
+                .drive_port(at, PORT_F, |port, registers, context| {
+                    port.drive(pin, level, registers, context);
+                });
+        }
+    }
+
+    /// What the board tells the robot.
+    pub fn indicators(&mut self) -> Indicators {
+        let mut on = |port: usize, pin: u8| {
+            let (port, registers) = self.chip.part.port(port);
+            let pin = Pin::new(pin).expect("a port has sixteen pins");
+            port.level(pin, registers) == Level::High
+        };
+        Indicators {
+            ready: on(PORT_E, 13),
+            holding: on(PORT_E, 11),
+            lost: on(PORT_E, 9),
+            fault: on(PORT_D, 15),
+        }
+    }
+
+    /// The converter's output.
+    pub fn dac(&mut self) -> &mut Dac {
+        &mut self.chip.dac
+    }
+
+    /// The output's code; the pull-down's zero while it is off.
+    pub fn command(&self) -> DacCode {
+        self.chip.dac.output.unwrap_or(DacCode(0))
+    }
+
+    /// What the reset that follows will be taken for.
+    pub fn set_restart(&mut self, restart: Restart) {
+        self.chip.restart = restart;
+    }
+}

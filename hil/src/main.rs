@@ -1,0 +1,36 @@
+//! The firmware's image on an emulated microcontroller, closed with the simulated gripper.
+//!
+//! ```text
+//! image ─► bench (board, chip, host at the debug port) ◄─ millisecond by millisecond ─► twin::plant
+//!            │ messages, outputs, ticks
+//!            ├─► recording ─► the same ticks by the host's controller
+//!            └─► suite: what must hold, with its numbers
+//! ```
+#![forbid(unsafe_code)]
+
+mod image;
+
+mod board;
+mod rtt;
+
+mod bench;
+
+mod closed_loop;
+mod recording;
+
+mod calls;
+mod inject;
+
+mod cli;
+mod suite;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    cli::run(&cli::Cli::parse()).unwrap_or_else(|error| {
+        eprintln!("softgrip-hil: {error:#}");
+        ExitCode::from(2)
+    })
+}

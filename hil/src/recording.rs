@@ -1,0 +1,250 @@
+//! Every tick as the image reported it, and the same ticks done again by the host's controller.
+
+use anyhow::{Context, ensure};
+use softgrip::frontend::FrontEnd;
+use softgrip::settings::Settings;
+use softgrip::table::FINGER;
+use softgrip::telemetry::{Event, Snapshot};
+use softgrip::units::{AdcCode, DacCode, Instant};
+use softgrip::{Command, Controller, Grip, RawFrame};
+
+use crate::bench::Message;
+
+/// One tick: what the image's controller got, and what it made of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// The controller's time.
+    pub now: Instant,
+    /// What the converter delivered.
+    pub frame: RawFrame,
+    /// What the robot wanted.
+    pub command: Command,
+    /// What went to the regulator.
+    pub dac: DacCode,
+    /// The rest, in the decoder's words.
+    pub snapshot: String,
+}
+
+/// An event in the decoder's words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reported {
+    /// The controller's time.
+    pub at: Instant,
+    /// What happened.
+    pub text: String,
+}
+
+/// What the image reported in one run since its last start.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    /// Every snapshot.
+    pub ticks: Vec<Seen>,
+    /// Every event.
+    pub events: Vec<Reported>,
+    /// Snapshots and events that were dropped, by their numbers.
+    pub dropped: u32,
+}
+
+impl Recording {
+    /// Reads the messages of a run; a restart of the firmware starts anew.
+    pub fn of(messages: &[Message]) -> anyhow::Result<Self> {
+        let mut recording = Self::default();
+        let (mut snapshots, mut events) = (0, 0);
+        for Message { text, .. } in messages {
+            let read = || format!("message {text:?}");
+            if text.starts_with("softgrip ") {
+                recording = Self::default();
+                (snapshots, events) = (0, 0);
+            } else if let Some(rest) = text.strip_prefix("snapshot ") {
+                let (number, seen) = tick(rest).with_context(read)?;
+                recording.dropped += number - snapshots - 1;
+                snapshots = number;
+                recording.ticks.push(seen);
+            } else if let Some(rest) = text.strip_prefix("event ") {
+                let (number, reported) = event(rest).with_context(read)?;
+                recording.dropped += number - events - 1;
+                events = number;
+                recording.events.push(reported);
+            }
+        }
+        Ok(recording)
+    }
+}
+
+/// `N: SNAPSHOT, from FRAME and COMMAND to CODE, longest tick …`
+fn tick(text: &str) -> anyhow::Result<(u32, Seen)> {
+    let (number, rest) = text.split_once(": ").context("no number")?;
+    let (snapshot, rest) = rest.split_once(", from ").context("no frame")?;
+    let (frame, rest) = rest.split_once(" and ").context("no command")?;
+    let (command, rest) = rest.split_once(" to ").context("no code")?;
+    let (dac, _) = rest.split_once(", longest").context("no end")?;
+
+    let codes = integers(frame);
+    ensure!(codes.len() == 6, "six numbers in {frame:?}");
+    let code = |i: usize| u16::try_from(codes[i]).map(AdcCode);
+    let command = match command {
+        "Continue" => Command::Continue,
+        "Grip(Default)" => Command::Grip(Grip::Default),
+        "Release" => Command::Release,
+        "Stop" => Command::Stop,
+        "Acknowledge" => Command::Acknowledge,
+        other => anyhow::bail!("command {other:?}, which no digital input gives"),
+    };
+    let seen = Seen {
+        now: Instant::from_micros(*integers(snapshot).first().context("no time")?),
+        frame: RawFrame {
+            gauges: [code(0)?, code(1)?, code(2)?],
+            monitor: code(3)?,
+            supply: code(4)?,
+            scans: u16::try_from(codes[5])?,
+            overrun: frame.contains("overrun: true"),
+        },
+        command,
+        dac: DacCode(u16::try_from(*integers(dac).first().context("no code")?)?),
+        snapshot: snapshot.into(),
+    };
+    Ok((number.parse()?, seen))
+}
+
+/// `N TIME: EVENT`
+fn event(text: &str) -> anyhow::Result<(u32, Reported)> {
+    let (number, rest) = text.split_once(' ').context("no number")?;
+    let (at, event) = rest.split_once("}: ").context("no time")?;
+    let micros = *integers(at).first().context("no time")?;
+    let reported = Reported {
+        at: Instant::from_micros(micros),
+        text: event.into(),
+    };
+    Ok((number.parse()?, reported))
+}
+
+fn integers(text: &str) -> Vec<u64> {
+    text.split(|letter: char| !letter.is_ascii_digit())
+        .filter_map(|digits| digits.parse().ok())
+        .collect()
+}
+
+/// The host's controller on the image's inputs.
+#[derive(Debug, Clone, Default)]
+pub struct Replay {
+    /// The host's view of every tick.
+    pub snapshots: Vec<Snapshot>,
+    /// The host's events, each with its tick.
+    pub events: Vec<(usize, Event)>,
+    /// What differs from the image, in words; the first few.
+    pub differences: Vec<String>,
+    /// How many differ.
+    pub differing: usize,
+}
+
+/// Differences that are put into words.
+const WORDS: usize = 5;
+
+impl Replay {
+    /// Steps a fresh controller through a recording that begins with the first tick, and compares.
+    pub fn of(recording: &Recording) -> anyhow::Result<Self> {
+        let active = Settings::default()
+            .validate(&FrontEnd::REFERENCE, &FINGER)
+            .map_err(|error| anyhow::anyhow!("{error}"))?;
+        let mut controller = Controller::new(&FINGER, active);
+        let mut replay = Self::default();
+        let mut reported = recording.events.iter();
+        for (tick, seen) in recording.ticks.iter().enumerate() {
+            let outputs = controller.step(seen.now, &seen.frame, seen.command);
+            if outputs.dac != seen.dac {
+                replay.differ(seen, format!("{:?}, not {:?}", seen.dac, outputs.dac));
+            }
+            let snapshot = format!("{:?}", outputs.snapshot);
+            if !same(&seen.snapshot, &snapshot) {
+                replay.differ(seen, format!("{}, not {snapshot}", seen.snapshot));
+            }
+            for &event in outputs.events.iter() {
+                let words = format!("{event:?}");
+                match reported.next() {
+                    Some(image) if image.at == seen.now && same(&image.text, &words) => {}
+                    other => replay.differ(seen, format!("{other:?}, not {words}")),
+                }
+                replay.events.push((tick, event));
+            }
+            replay.snapshots.push(outputs.snapshot);
+        }
+        if let Some(more) = reported.next() {
+            replay.differing += 1;
+            replay.differences.push(format!("the host has no {more:?}"));
+        }
+        Ok(replay)
+    }
+
+    fn differ(&mut self, seen: &Seen, what: String) {
+        self.differing += 1;
+        if self.differences.len() < WORDS {
+            self.differences
+                .push(format!("at {} µs the image has {what}", seen.now.micros()));
+        }
+    }
+}
+
+/// Whether a value in defmt's words is the value in Rust's: the same but for how a number is written.
+fn same(defmt: &str, debug: &str) -> bool {
+    let (mut left, mut right) = (tokens(defmt), tokens(debug));
+    loop {
+        match (left.next(), right.next()) {
+            (None, None) => return true,
+            (Some(a), Some(b)) if a == b => {}
+            (Some(a), Some(b)) => match (a.parse::<f32>(), b.parse::<f32>()) {
+                // Whole numbers are written alike, and were compared above.
+                (Ok(x), Ok(y))
+                    if x.to_bits() == y.to_bits() && (a.contains('.') || b.contains('.')) => {}
+                _ => return false,
+            },
+            _ => return false,
+        }
+    }
+}
+
+/// Words, numbers and brackets.
+fn tokens(text: &str) -> impl Iterator<Item = &str> {
+    let is_word =
+        |letter: char| letter.is_alphanumeric() || matches!(letter, '.' | '-' | '+' | '_');
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        rest = rest.trim_start_matches([' ', ',', '\n']);
+        let first = rest.chars().next()?;
+        let length = if is_word(first) {
+            rest.find(|letter| !is_word(letter)).unwrap_or(rest.len())
+        } else {
+            first.len_utf8()
+        };
+        let (token, after) = rest.split_at(length);
+        rest = after;
+        Some(token)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_may_be_written_differently_but_not_be_different() {
+        assert!(same("Kilopascals(1)", "Kilopascals(1.0)"));
+        assert!(same(
+            "A { x: -1e-7 , y: [1, 2] }",
+            "A { x: -1.0e-7, y: [1, 2] }"
+        ));
+        assert!(!same("Kilopascals(1.0000001)", "Kilopascals(1.0)"));
+        assert!(!same("16777217", "16777216"));
+        assert!(!same("Some(1)", "None"));
+    }
+
+    #[test]
+    fn a_snapshot_is_read_with_its_inputs() {
+        let text = "7: Snapshot { now: Instant { micros: 66536 } }, from RawFrame { gauges: [AdcCode(1), AdcCode(2), AdcCode(3)], monitor: AdcCode(4), supply: AdcCode(5), scans: 9, overrun: true } and Grip(Default) to DacCode(12), longest tick 3 us, events lost 0";
+        let (number, seen) = tick(text).expect("a snapshot");
+        assert_eq!(number, 7);
+        assert_eq!(seen.now, Instant::from_micros(66_536));
+        assert_eq!(seen.command, Command::Grip(Grip::Default));
+        assert_eq!((seen.frame.scans, seen.frame.overrun), (9, true));
+        assert_eq!((seen.frame.supply, seen.dac), (AdcCode(5), DacCode(12)));
+    }
+}

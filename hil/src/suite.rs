@@ -1,0 +1,261 @@
+//! What is proven about the image, test by test.
+
+mod boot;
+mod budget;
+mod failsafe;
+mod grasp;
+mod timing;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use crate::image::Image;
+
+/// What a test may use.
+pub struct Context<'a> {
+    /// The image under test.
+    pub image: &'a Image,
+    /// Virtual time of the endurance test, h.
+    pub hours: f64,
+    /// Whether the budgets' file is written anew.
+    pub write_budgets: bool,
+}
+
+/// A measured number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Number {
+    /// What it is.
+    pub name: String,
+    /// How much.
+    pub value: f64,
+    /// In what.
+    pub unit: &'static str,
+    /// The most that it may be.
+    pub limit: Option<f64>,
+}
+
+/// What came out of a test.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Outcome {
+    /// What was measured.
+    pub numbers: Vec<Number>,
+    /// What is wrong; nothing if the test has passed.
+    pub failures: Vec<String>,
+    /// What to know about it.
+    pub notes: Vec<String>,
+}
+
+impl Outcome {
+    /// A number without a limit.
+    pub fn number(&mut self, name: impl Into<String>, value: f64, unit: &'static str) {
+        self.numbers.push(Number {
+            name: name.into(),
+            value,
+            unit,
+            limit: None,
+        });
+    }
+
+    /// A number that must not be greater than its limit.
+    pub fn at_most(&mut self, name: impl Into<String>, value: f64, unit: &'static str, limit: f64) {
+        let name = name.into();
+        if value.is_nan() || value > limit {
+            self.failures
+                .push(format!("{name}: {value} {unit}, at most {limit} {unit}"));
+        }
+        self.numbers.push(Number {
+            name,
+            value,
+            unit,
+            limit: Some(limit),
+        });
+    }
+
+    /// Something that must hold.
+    pub fn must(&mut self, holds: bool, failure: impl Into<String>) {
+        if !holds {
+            self.failures.push(failure.into());
+        }
+    }
+}
+
+/// A named test.
+#[derive(Clone, Copy)]
+struct Test {
+    name: &'static str,
+    about: &'static str,
+    run: fn(&Context<'_>) -> anyhow::Result<Outcome>,
+}
+
+/// What belongs to the list and cannot be tested yet, and what will do it.
+const NOT_APPLICABLE: [(&str, &str); 2] = [
+    (
+        "no late tick while settings are written",
+        "the firmware stores no settings yet; once it does: erase and write bank 2 during the jitter run",
+    ),
+    (
+        "UART noise and break",
+        "the firmware has no UART yet; once it has: a peer on the emulated port that garbles and breaks",
+    ),
+];
+
+/// Slow ones first, so that the processors are done at the same time.
+fn tests() -> Vec<Test> {
+    let mut tests = timing::TESTS.to_vec();
+    tests.extend(grasp::TESTS);
+    tests.extend(failsafe::TESTS);
+    tests.extend(boot::TESTS);
+    tests.extend(budget::TESTS);
+    tests
+}
+
+/// What is left of a test.
+struct Finished {
+    test: Test,
+    outcome: Outcome,
+    seconds: f64,
+}
+
+/// Runs every test whose name contains `only`. Says whether all have passed.
+pub fn run(context: &Context<'_>, only: Option<&str>, as_json: bool) -> anyhow::Result<bool> {
+    let began = Instant::now();
+    let tests: Vec<Test> = tests()
+        .into_iter()
+        .filter(|test| only.is_none_or(|only| test.name.contains(only)))
+        .collect();
+    anyhow::ensure!(
+        !tests.is_empty(),
+        "--only {}: no test has this in its name",
+        only.unwrap_or_default()
+    );
+    let next = AtomicUsize::new(0);
+    let finished = Mutex::new(Vec::new());
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..threads.min(tests.len()) {
+            scope.spawn(|| {
+                while let Some(&test) = tests.get(next.fetch_add(1, Relaxed)) {
+                    let done = finish(test, context);
+                    if !as_json {
+                        print!("{}", text(&done));
+                    }
+                    if let Ok(mut finished) = finished.lock() {
+                        finished.push(done);
+                    }
+                }
+            });
+        }
+    });
+    let finished = finished.into_inner().unwrap_or_default();
+    let failed = finished
+        .iter()
+        .filter(|done| !done.outcome.failures.is_empty())
+        .count();
+    let passed = failed == 0 && finished.len() == tests.len();
+    let seconds = began.elapsed().as_secs_f64();
+    if as_json {
+        println!("{}", json_of(context, &finished, passed, seconds));
+    } else {
+        if only.is_none() {
+            for (name, why) in NOT_APPLICABLE {
+                println!("-     {name}\n      not applicable: {why}");
+            }
+        }
+        println!(
+            "{} of {} passed in {seconds:.0} s",
+            finished.len() - failed,
+            tests.len()
+        );
+    }
+    Ok(passed)
+}
+
+fn finish(test: Test, context: &Context<'_>) -> Finished {
+    let began = Instant::now();
+    let outcome = (test.run)(context).unwrap_or_else(|error| Outcome {
+        failures: vec![format!("{error:#}")],
+        ..Outcome::default()
+    });
+    Finished {
+        test,
+        outcome,
+        seconds: began.elapsed().as_secs_f64(),
+    }
+}
+
+/// A few lines about a test.
+fn text(done: &Finished) -> String {
+    let outcome = &done.outcome;
+    let word = if outcome.failures.is_empty() {
+        "ok  "
+    } else {
+        "FAIL"
+    };
+    let mut text = format!(
+        "{word}  {}: {} ({:.0} s)\n",
+        done.test.name, done.test.about, done.seconds
+    );
+    for Number {
+        name,
+        value,
+        unit,
+        limit,
+    } in &outcome.numbers
+    {
+        let value = format!("{value:.3}");
+        let value = value.trim_end_matches('0').trim_end_matches('.');
+        let limit = limit.map_or(String::new(), |limit| format!(", at most {limit}"));
+        text += &format!("      {name:<46} {value:>10} {unit}{limit}\n");
+    }
+    for note in &outcome.notes {
+        text += &format!("      {note}\n");
+    }
+    for failure in &outcome.failures {
+        text += &format!("      WRONG: {failure}\n");
+    }
+    text
+}
+
+fn json_of(context: &Context<'_>, finished: &[Finished], passed: bool, seconds: f64) -> Value {
+    let tests: Vec<Value> = finished
+        .iter()
+        .map(|done| {
+            let numbers: Vec<Value> = done
+                .outcome
+                .numbers
+                .iter()
+                .map(|number| {
+                    json!({
+                        "name": number.name,
+                        "value": number.value,
+                        "unit": number.unit,
+                        "limit": number.limit,
+                    })
+                })
+                .collect();
+            json!({
+                "name": done.test.name,
+                "about": done.test.about,
+                "passed": done.outcome.failures.is_empty(),
+                "numbers": numbers,
+                "notes": done.outcome.notes,
+                "failures": done.outcome.failures,
+                "seconds": done.seconds,
+            })
+        })
+        .collect();
+    let missing: Vec<Value> = NOT_APPLICABLE
+        .iter()
+        .map(|(name, why)| json!({"name": name, "not_applicable": why}))
+        .collect();
+    json!({
+        "image": context.image.path.display().to_string(),
+        "passed": passed,
+        "seconds": seconds,
+        "tests": tests,
+        "not_applicable": missing,
+    })
+}
