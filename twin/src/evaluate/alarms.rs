@@ -52,7 +52,7 @@ pub struct Count {
     pub times: u64,
     /// False reports of *lost*.
     pub lost: u64,
-    /// False warnings of a slip.
+    /// False warnings of a slip: the object had not given way.
     pub slips: u64,
     /// Faults and air losses that were none.
     pub faults: u64,

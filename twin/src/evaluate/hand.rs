@@ -70,6 +70,13 @@ impl<R: Rng> Hand<R> {
         self.held = object.map(|response| (response.clone(), Held::new(response)));
     }
 
+    /// How far the object has given way sideways, as the share of the plateau that this has changed.
+    pub fn gave_way(&self) -> f64 {
+        self.held.as_ref().map_or(0.0, |(response, held)| {
+            held.gave_way_ue() / response.residual_at(response.pressure_kpa)
+        })
+    }
+
     /// One tick under this acceleration of the palm.
     pub fn step(&mut self, dac: DacCode, acceleration_m_s2: [f64; 3], ripple_kpa: f64) -> RawFrame {
         let regulator = &self.gripper.regulator;

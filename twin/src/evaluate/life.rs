@@ -20,6 +20,9 @@ use crate::sim;
 
 /// Number of the random stream.
 const STREAM: u64 = 16;
+/// A warning of a slip is right once an object has given way by this share of the plateau: some 2 mm of a
+/// sphere's slide.
+const SLID: f64 = 0.02;
 /// The score of a rule that is not armed.
 const NO_SCORE: [f32; RULES] = [f32::MIN; RULES];
 
@@ -287,6 +290,7 @@ impl<'a> Life<'a> {
                 let count = &mut self.tally.counts[place];
                 match event {
                     Event::Lost { .. } => count.lost += 1,
+                    Event::Slip { .. } if self.hand.gave_way() > SLID => continue,
                     Event::Slip { .. } => count.slips += 1,
                     // A gauge that goes bad is to be reported.
                     Event::Fault { .. } if self.bad.is_some() => continue,

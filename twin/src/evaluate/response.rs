@@ -172,6 +172,11 @@ impl Held {
         }
     }
 
+    /// What has changed in every residual since it gave way, µε.
+    pub fn gave_way_ue(&self) -> f64 {
+        self.slider.gave_way_ue()
+    }
+
     /// Change of each finger's residual under this acceleration, µε.
     pub fn step(&mut self, acceleration_m_s2: [f64; 3]) -> [f64; FINGERS] {
         let [x, y, z] = acceleration_m_s2;

@@ -57,6 +57,12 @@ impl Slider {
         spread([x, y]).map(|way| shift_ue * way + rise)
     }
 
+    /// What its way, wherever to, has changed in every residual, µε.
+    pub fn gave_way_ue(&self) -> f64 {
+        let [x, y] = self.way;
+        self.slide.rise_ue * (x * x + y * y).sqrt()
+    }
+
     fn advance(&mut self, acceleration_m_s2: [f64; 3]) {
         let slide = &self.slide;
         for (lagged, now) in self.lagged.iter_mut().zip(acceleration_m_s2) {

@@ -140,7 +140,7 @@ pub struct Cause {
     pub lost_per_hour: f64,
     /// Upper 95 % bound of that.
     pub lost_per_hour_95: f64,
-    /// False warnings of a slip.
+    /// False warnings of a slip: the object had not given way.
     pub slips: u64,
     /// Per hour.
     pub slips_per_hour: f64,
