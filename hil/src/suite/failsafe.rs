@@ -140,11 +140,13 @@ pub fn vented_and_back(
         record.message(reset.at.0 / MS, says).is_some(),
         format!("nothing says {says:?} after the restart"),
     );
-    // The failure stays latched until somebody acknowledges it.
+    // The program's own failure stays latched until somebody acknowledges it; a pin's or a supply's is over.
+    let failed = cause != ResetCause::Pin;
     let end = incident.at_the_end;
     outcome.must(
         end == Indicators {
-            fault: true,
+            ready: !failed,
+            fault: failed,
             ..Indicators::default()
         },
         format!("at the end the robot is told {end:?}"),
