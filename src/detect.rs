@@ -76,6 +76,8 @@ const REFERENCE_MS: f32 = 5_000.0;
 const CALM: f32 = 0.03;
 /// A hold's plateau follows a rise for this long: four times the fingers' lag of 0.1 s.
 const SETTLING_US: u64 = 400_000;
+/// A grip that still tightens changes by more before it is a slip.
+const SETTLING_SLIP: f32 = 2.0;
 /// Averaging of `x` into the level from which a fall counts, and which tells a slip: a third of a collapse.
 const LEVEL_MS: f32 = 8.0;
 /// A rise of every finger that has got this far ends in a loss: the widest section of a sphere passes the
@@ -84,6 +86,11 @@ const LEVEL_MS: f32 = 8.0;
 const PASSED: f32 = 1.2;
 /// Fall of one finger that counts for nothing. Pushes that an object withstands take up to half of it.
 const FINGER_ALLOWANCE: f32 = 0.55;
+/// A finger that leaves the object has less than this left; knocks at 60 m/s² leave it more.
+const EMPTYING: f32 = 0.5;
+/// Fall of the sum that belongs to an object that leaves sideways. Knocks at 60 m/s² that empty a finger by
+/// half take 5 %.
+const SIDEWAYS: f32 = 0.07;
 /// The least of three noisy numbers lies 0.85 standard deviations below them (order statistics of the normal
 /// distribution), and looking ahead doubles that.
 const FINGER_SIGMAS: f32 = 2.0;
@@ -400,7 +407,8 @@ impl Detector {
                 settled_ticks: 0,
             },
         });
-        if now.micros_since(hold.since) < SETTLING_US {
+        let settling = now.micros_since(hold.since) < SETTLING_US;
+        if settling {
             // While the fingers follow the last of the pressure, the grip still tightens.
             hold.free.0 = hold.free.0.max(contact.free.0);
             for (held, plateau) in hold.plateau.iter_mut().zip(self.plateau) {
@@ -440,7 +448,7 @@ impl Detector {
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
         let ahead = 2.0 * lately.emptiest - hold.emptiest;
-        let mut one_sided = 1.0 - ahead - FINGER_ALLOWANCE;
+        let mut one_sided = (1.0 - ahead - FINGER_ALLOWANCE).min(EMPTYING - lately.emptiest);
         if one_sided > 0.0 {
             one_sided -= FINGER_SIGMAS * root(lately.emptiest_variance);
         }
@@ -450,8 +458,8 @@ impl Detector {
             false => hold.felt_ticks.saturating_sub(1),
         };
         let felt = hold.felt_ticks > 0;
-        // A knock from the side presses on the others more than it takes away.
-        let sideways = felt && shares.sum < 1.0 - CALM;
+        // A knock from the side presses on the others almost as much as it takes away.
+        let sideways = felt && shares.sum < 1.0 - SIDEWAYS;
         let (fall, cause) = if sideways && one_sided > quick.max(slow) {
             (one_sided, LossCause::OneSided)
         } else if felt {
@@ -480,7 +488,9 @@ impl Detector {
 
         // White noise of variance σ² through a first-order lag of gain g: σ² g / (2 − g).
         let level_variance = shares.variance * self.level_variance;
-        if hold.slips(limits.slip * active.slip, level_variance, sag) {
+        let slip = limits.slip * active.slip;
+        let slip = if settling { SETTLING_SLIP * slip } else { slip };
+        if hold.slips(slip, level_variance, sag) {
             return Verdict::Slipping { rate: hold.rate };
         }
         if (hold.level - 1.0).abs() < CALM && hold.evidence == 0.0 {

@@ -96,6 +96,8 @@ impl Quantiles {
 pub struct Slide {
     /// What it was.
     pub object: ObjectKind,
+    /// What took it.
+    pub origin: Origin,
     /// Noise of the gauges, µε rms.
     pub noise_ue: f64,
     /// Losses that were reported.
@@ -193,9 +195,11 @@ impl Summary {
             })
         });
         let objects = [ObjectKind::Sphere, ObjectKind::Cylinder];
-        let slide = objects
-            .into_iter()
-            .flat_map(|object| NOISE_UE.map(|noise| Slide::of(trials, object, noise)));
+        let slide = objects.into_iter().flat_map(|object| {
+            ORIGINS.into_iter().flat_map(move |origin| {
+                NOISE_UE.map(|noise| Slide::of(trials, object, origin, noise))
+            })
+        });
         Self {
             seed: options.seed,
             latency: latency.collect(),
@@ -243,9 +247,12 @@ impl Latency {
 }
 
 impl Slide {
-    fn of(trials: &[Trial], object: ObjectKind, noise_ue: f64) -> Self {
+    fn of(trials: &[Trial], object: ObjectKind, origin: Origin, noise_ue: f64) -> Self {
         let reported = trials.iter().filter_map(|trial| {
-            let fits = trial.noise_ue == noise_ue && trial.case.setup.scenario.object == object;
+            let case = &trial.case;
+            let fits = trial.noise_ue == noise_ue
+                && case.setup.scenario.object == object
+                && case.origin() == origin;
             match (trial.verdict(), &trial.report) {
                 (Verdict::Reported(_), Report::Lost { t_s, moved_mm }) if fits => {
                     Some((*t_s, f64::from(*moved_mm), trial.loss?))
@@ -259,6 +266,7 @@ impl Slide {
         let lost_ms = reported.iter().map(|(t, _, loss)| 1e3 * (t - loss.slide_s));
         Self {
             object,
+            origin,
             noise_ue,
             losses: reported.len(),
             lost_ms: Quantiles::of(lost_ms.collect()),

@@ -139,7 +139,7 @@ fn slide(rows: &[Slide]) -> Table {
     let row = |row: &Slide| {
         let percent = |n: usize| format!("{:.0} %", 100.0 * n as f64 / row.losses.max(1) as f64);
         vec![
-            format!("{}, {} µε", row.object, row.noise_ue),
+            format!("{}, {}, {} µε", row.object, row.origin.name(), row.noise_ue),
             row.losses.to_string(),
             ms(row.lost_ms.p50),
             ms(row.lost_ms.p95),
@@ -154,7 +154,7 @@ fn slide(rows: &[Slide]) -> Table {
     Table {
         title: "What came before: the slide and its warning".into(),
         head: vec![
-            "object, gauge noise",
+            "object, gauge noise rms",
             "losses",
             "lost: ms p50",
             "p95",
