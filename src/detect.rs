@@ -12,6 +12,12 @@
 //! plateau; and an object that leaves sideways, which empties one finger while it presses on the others.
 //! A gauge that fades looks like an emptying finger, but the other fingers do not feel it.
 
+mod shares;
+mod slip;
+
+use shares::Shares;
+use slip::Slip;
+
 use crate::FINGERS;
 use crate::command::Motion;
 use crate::estimate::Contact;
@@ -99,16 +105,6 @@ const FINGER_SIGMAS: f32 = 2.0;
 const LATELY_MS: f32 = 1_000.0;
 /// An object that turns in the grip lets the other fingers pass through their plateau on the way.
 const FELT_TICKS: u16 = 50;
-/// A finger that carries less than this share of the strongest one's residual is not part of the grip.
-const CARRYING: f32 = 0.2;
-/// A slip must last this long: longer than noise, shorter than the 20 ms from 5 to 15 mm of a fast slide.
-const SLIP_TICKS: u16 = 5;
-/// A fall is a slip after this time only: an arm that speeds up makes one too.
-const SLIP_FALL_TICKS: u16 = 100;
-/// Standard deviations of the level that a slip must exceed beyond its limit.
-const SLIP_SIGMAS: f32 = 4.0;
-/// A slip has ended, and the next one counts from there, when the level stays within `CALM` for so long.
-const SLIP_OVER_TICKS: u16 = 500;
 /// The pressure must be missing this long to be an air loss: ripple is shorter, and 50 ms are allowed.
 const AIR_TICKS: u16 = 20;
 /// `ln` of the mean ticks between false alarms on pure noise: 10¹² ticks are 32 years at 1 kHz.
@@ -132,7 +128,8 @@ impl Limits {
     const fn of(motion: Motion, fingers: usize) -> Self {
         match (motion, fingers) {
             // Held objects on the simulated arm fall by 3.2/s for 30 ms, and by 10 % in all, in an emergency
-            // stop at 20 m/s²; and by 4.5/s for 10 ms after a knock of 100 m/s². Lost ones fall by 16 to 25/s.
+            // stop at 20 m/s², by 16 % if the arm rings after it; and by 4.5/s for 10 ms after a knock of
+            // 100 m/s². Lost ones fall by 16 to 25/s.
             (Motion::Moving, FINGERS..) => Self {
                 held_fall_per_s: 5.0,
                 slow_allowance: 0.18,
@@ -171,8 +168,9 @@ struct Hold {
     rate: f32,
     /// Where that was just now, but not above one.
     recent: f32,
-    /// Every finger has risen so far, smoothed, that there is no way back.
+    /// Share of the emptiest finger, smoothed.
     least: f32,
+    /// Every finger has risen so far that there is no way back.
     passed: bool,
     /// Share that the emptiest finger has left of what it had lately, smoothed.
     emptiest: f32,
@@ -181,149 +179,6 @@ struct Hold {
     evidence: f32,
     onset: Instant,
     slip: Slip,
-}
-
-/// The level's way from the plateau.
-#[derive(Debug, Clone, Copy)]
-struct Slip {
-    /// Level before it.
-    from: f32,
-    ticks: u16,
-    slipping: bool,
-    /// The level has stayed close to this for so many ticks.
-    settled: f32,
-    settled_ticks: u16,
-}
-
-/// Residuals of one tick, as shares of a reference.
-#[derive(Debug, Clone, Copy)]
-struct Shares {
-    /// Of all fingers.
-    sum: f32,
-    /// Of all but the emptiest.
-    others: f32,
-    /// Of the emptiest.
-    emptiest: f32,
-    /// Change of the sum if every finger's strain changes by 1 µε.
-    per_ue: f32,
-    /// Variances of the noise of sum and emptiest.
-    variance: f32,
-    emptiest_variance: f32,
-    /// Fingers in the sum.
-    fingers: usize,
-}
-
-impl Shares {
-    /// None without a usable gauge that carries any of the grip; the supervisor knows how many are left.
-    fn of(
-        reference: &[f32; FINGERS],
-        contact: &Contact,
-        noise_variance: &[f32; FINGERS],
-    ) -> Option<Self> {
-        let strongest = reference.iter().copied().fold(0.0, f32::max);
-        let mut all = Finger::EMPTY;
-        let mut fingers = 0usize;
-        let mut emptiest: Option<Finger> = None;
-        for ((residual, &reference), &variance) in
-            contact.residual.iter().zip(reference).zip(noise_variance)
-        {
-            let Some(residual) = *residual else {
-                continue;
-            };
-            if reference <= CARRYING * strongest {
-                continue;
-            }
-            let finger = Finger {
-                residual: residual.0,
-                reference,
-                variance,
-            };
-            fingers = fingers.saturating_add(1);
-            all.residual += finger.residual;
-            all.reference += finger.reference;
-            all.variance += finger.variance;
-            if emptiest.is_none_or(|emptiest| finger.share() < emptiest.share()) {
-                emptiest = Some(finger);
-            }
-        }
-        let emptiest = emptiest?;
-        let left = all.reference - emptiest.reference;
-        Some(Self {
-            sum: all.share(),
-            others: match left > 0.0 {
-                true => (all.residual - emptiest.residual) / left,
-                // It is the only one.
-                false => all.share(),
-            },
-            emptiest: emptiest.share(),
-            per_ue: fingers as f32 / all.reference,
-            variance: all.noise(),
-            emptiest_variance: emptiest.noise(),
-            fingers,
-        })
-    }
-}
-
-/// One finger's part, or that of several.
-#[derive(Debug, Clone, Copy)]
-struct Finger {
-    residual: f32,
-    reference: f32,
-    variance: f32,
-}
-
-impl Finger {
-    const EMPTY: Self = Self {
-        residual: 0.0,
-        reference: 0.0,
-        variance: 0.0,
-    };
-
-    fn share(&self) -> f32 {
-        self.residual / self.reference
-    }
-
-    /// Variance of the share.
-    fn noise(&self) -> f32 {
-        self.variance / (self.reference * self.reference)
-    }
-}
-
-impl Hold {
-    /// Whether the level is off, and has been for long enough.
-    fn slips(&mut self, limit: f32, variance: f32, sag: f32) -> bool {
-        let slip = &mut self.slip;
-        let off = self.level - slip.from;
-        let limit = match off.abs() > limit {
-            true => limit + SLIP_SIGMAS * root(variance),
-            false => limit,
-        };
-        let rises = off > limit;
-        let falls = off < -(limit + sag);
-        slip.ticks = if rises || falls {
-            slip.ticks.saturating_add(1)
-        } else {
-            0
-        };
-        let enough = if rises { SLIP_TICKS } else { SLIP_FALL_TICKS };
-        if slip.ticks >= enough {
-            slip.slipping = true;
-        } else if off.abs() < CALM {
-            slip.slipping = false;
-        }
-        if (self.level - slip.settled).abs() < CALM {
-            slip.settled_ticks = slip.settled_ticks.saturating_add(1);
-        } else {
-            slip.settled = self.level;
-            slip.settled_ticks = 0;
-        }
-        if slip.slipping && slip.settled_ticks >= SLIP_OVER_TICKS {
-            slip.slipping = false;
-            slip.ticks = 0;
-            slip.from = self.level;
-        }
-        slip.slipping
-    }
 }
 
 /// The detector's memory.
@@ -399,13 +254,7 @@ impl Detector {
             felt_ticks: 0,
             evidence: 0.0,
             onset: now,
-            slip: Slip {
-                from: 1.0,
-                ticks: 0,
-                slipping: false,
-                settled: 1.0,
-                settled_ticks: 0,
-            },
+            slip: Slip::NONE,
         });
         let settling = now.micros_since(hold.since) < SETTLING_US;
         if settling {
@@ -490,7 +339,7 @@ impl Detector {
         let level_variance = shares.variance * self.level_variance;
         let slip = limits.slip * active.slip;
         let slip = if settling { SETTLING_SLIP * slip } else { slip };
-        if hold.slips(slip, level_variance, sag) {
+        if hold.slip.step(hold.level, level_variance, slip, sag) {
             return Verdict::Slipping { rate: hold.rate };
         }
         if (hold.level - 1.0).abs() < CALM && hold.evidence == 0.0 {
