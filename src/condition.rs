@@ -54,7 +54,7 @@ pub enum Monitor {
     Missing,
     /// Above anything that the monitor can put out.
     TooHigh,
-    /// It fell faster than air can leave, so its wire is off; latched until acknowledged.
+    /// It fell faster than air can leave, so its wire is off; until it is back, or the faults are cleared.
     Lost,
 }
 
@@ -575,7 +575,7 @@ mod tests {
     }
 
     #[test]
-    fn a_monitor_that_drops_faster_than_air_is_lost_until_it_is_cleared() {
+    fn a_monitor_that_drops_faster_than_air_is_lost_until_it_is_back_or_cleared() {
         let mut conditioner = Conditioner::new();
         let mut monitor = |kpa: f32, clear: bool| {
             if clear {
