@@ -12,10 +12,10 @@ use rigless::soc::stm32f427::generated::DAC;
 use rigless::soc::{Layout, Width};
 use rigless::time::VirtualNanos;
 use sha2::{Digest, Sha256};
+use sim::plant::Pins;
 use softgrip::inputs::Levels;
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
-use twin::plant::Pins;
 
 use crate::board::{DacWrite, Nucleo, Restart};
 use crate::image::{Image, RAM};

@@ -14,10 +14,10 @@ use rigless::soc::stm32f427::peripherals::adc::Channel;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
+use sim::plant::Pins;
 use softgrip::inputs::Levels;
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
-use twin::plant::Pins;
 
 /// The core's clock, and its instructions: one per cycle, no wait states.
 pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::new(180_000_000).expect("it runs");

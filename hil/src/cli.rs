@@ -4,11 +4,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use report::{files, json, plot, side_view, words};
+use sim::run::Run;
+use sim::scenario::{ObjectKind, Scenario};
+use sim::trace;
 use softgrip::settings::Settings;
-use twin::scenario::{ObjectKind, Scenario};
-use twin::sim::Run;
-use twin::{files, plot, report, side_view, trace};
 
 use crate::closed_loop::{self, Closed};
 use crate::image::{self, Image};
@@ -63,7 +65,7 @@ struct RunArgs {
     #[command(flatten)]
     image: ImageArgs,
     /// What to pick up.
-    #[arg(long, default_value = "sphere")]
+    #[arg(long, default_value = "sphere", value_parser = object())]
     object: ObjectKind,
     /// Its mass.
     #[arg(long, value_name = "KG", default_value_t = 0.15, allow_negative_numbers = true, value_parser = within(0.001, 5.0))]
@@ -89,6 +91,11 @@ struct RunArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// Parses the kind of an object.
+fn object() -> impl TypedValueParser<Value = ObjectKind> {
+    PossibleValuesParser::new(ObjectKind::ALL.map(ObjectKind::name)).try_map(|name| name.parse())
 }
 
 /// Parses a number and refuses one outside its range.
@@ -168,9 +175,9 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
     };
     let Closed { run, replay, .. } = closed_loop::run(&image, &scenario, args.until)?;
     if args.json {
-        println!("{}", run.json());
+        println!("{}", json::run(&run));
     } else {
-        println!("{}", report::timeline(&run));
+        println!("{}", words::timeline(&run));
     }
     let runs = [run];
     if let Some(dir) = &dir {

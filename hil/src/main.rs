@@ -1,7 +1,7 @@
 //! The firmware's image on an emulated microcontroller, closed with the simulated gripper.
 //!
 //! ```text
-//! image ─► bench (board, chip, host at the debug port) ◄─ millisecond by millisecond ─► twin::plant
+//! image ─► bench (board, chip, host at the debug port) ◄─ millisecond by millisecond ─► sim::plant
 //!            │ messages, outputs, ticks
 //!            ├─► recording ─► the same ticks by the host's controller
 //!            └─► suite: what must hold, with its numbers

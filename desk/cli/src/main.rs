@@ -1,6 +1,8 @@
-//! The host command `softgrip`.
+//! The host command `softgrip`: arguments, progress and exit status, and nothing that another program could
+//! want.
+#![forbid(unsafe_code)]
 
-mod cli;
+mod commands;
 
 use std::process::ExitCode;
 
@@ -19,46 +21,46 @@ enum Action {
     /// Picks up, carries and perhaps loses an object under the real controller.
     ///
     /// Exits with 1 if the controller missed a loss or reported one that did not happen.
-    Sim(cli::sim::SimArgs),
+    Sim(commands::sim::SimArgs),
     /// Replays the paper's twelve experiments and writes a report.
     ///
     /// Exits with 1 if the controller missed a loss or reported one that did not happen.
-    Study(cli::study::StudyArgs),
+    Study(commands::study::StudyArgs),
     /// Finds the heaviest object that arrives, against the arm's acceleration.
-    Capability(cli::capability::CapabilityArgs),
+    Capability(commands::capability::CapabilityArgs),
     /// Finds where on the finger the gauge should sit.
     ///
     /// Judges every stretch of the finger by what it sees of the same random grasps.
-    Gauge(cli::gauge::GaugeArgs),
+    Gauge(commands::gauge::GaugeArgs),
     /// Measures how soon the controller reports a loss and how often it cries wolf.
-    Evaluate(cli::evaluate::EvaluateArgs),
+    Evaluate(commands::evaluate::EvaluateArgs),
     /// Runs a grid or a random sample over any parameters of the simulated gripper.
-    Sweep(cli::sweep::SweepArgs),
+    Sweep(commands::sweep::SweepArgs),
     /// Runs a recorded trace (CSV) through the real controller and prints what it reports.
-    Replay(cli::replay::ReplayArgs),
+    Replay(commands::replay::ReplayArgs),
     /// Prints a finger's table and the paper's numbers beside it.
-    Table(cli::table::TableArgs),
+    Table(commands::table::TableArgs),
     /// Prints one section's dimensions and how it bends under pressure.
-    Section(cli::section::SectionArgs),
+    Section(commands::section::SectionArgs),
     /// Fits a geometry recipe to the measured bend of a free finger.
-    Fit(cli::fit::FitArgs),
+    Fit(commands::fit::FitArgs),
 }
 
 fn main() -> ExitCode {
     let action = Cli::parse()
         .command
-        .unwrap_or(Action::Sim(cli::sim::SimArgs::default()));
+        .unwrap_or(Action::Sim(commands::sim::SimArgs::default()));
     let result = match action {
-        Action::Sim(args) => cli::sim::run(&args),
-        Action::Study(args) => cli::study::run(&args),
-        Action::Capability(args) => cli::capability::run(&args),
-        Action::Gauge(args) => cli::gauge::run(&args),
-        Action::Evaluate(args) => cli::evaluate::run(&args),
-        Action::Sweep(args) => cli::sweep::run(&args),
-        Action::Replay(args) => cli::replay::run(&args),
-        Action::Table(args) => cli::table::run(&args),
-        Action::Section(args) => cli::section::run(&args),
-        Action::Fit(args) => cli::fit::run(&args),
+        Action::Sim(args) => commands::sim::run(&args),
+        Action::Study(args) => commands::study::run(&args),
+        Action::Capability(args) => commands::capability::run(&args),
+        Action::Gauge(args) => commands::gauge::run(&args),
+        Action::Evaluate(args) => commands::evaluate::run(&args),
+        Action::Sweep(args) => commands::sweep::run(&args),
+        Action::Replay(args) => commands::replay::run(&args),
+        Action::Table(args) => commands::table::run(&args),
+        Action::Section(args) => commands::section::run(&args),
+        Action::Fit(args) => commands::fit::run(&args),
     };
     result.unwrap_or_else(|error| {
         eprintln!("softgrip: {error:#}");

@@ -222,7 +222,7 @@ fn a_hand_made_trace_at_any_rate_is_judged_the_same() {
 
 #[test]
 fn the_table_shows_the_published_finger_and_its_error() {
-    let recipe = concat!(env!("CARGO_MANIFEST_DIR"), "/../recipes/paper.toml");
+    let recipe = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/paper.toml");
     let table = &json_lines(&softgrip(&["table", "--recipe", recipe, "--json"]))[0];
     let error = table["interpolation_error_percent"].as_f64();
     assert!(error.is_some_and(|e| e > 0.0 && e <= 0.1), "{error:?}");
@@ -304,7 +304,7 @@ fn bad_traces_and_recipes_are_refused_by_file_and_line() {
     );
     refused(&["replay", "no-such-file.csv"], &["no-such-file.csv"]);
 
-    let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/../recipes/paper.toml");
+    let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/paper.toml");
     let paper = std::fs::read_to_string(Path::new(paper)).expect("the recipe");
     let bad = put("bad.toml", &paper.replace("[3.94, 3.94", "[3.94, -3.94"));
     refused(
@@ -374,7 +374,7 @@ fn the_tables_pictures_are_drawn() {
 #[test]
 fn a_geometry_that_cannot_be_is_refused_by_field_or_by_place_and_pressure() {
     let dir = temporary();
-    let rtv225 = concat!(env!("CARGO_MANIFEST_DIR"), "/../recipes/rtv225.toml");
+    let rtv225 = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/rtv225.toml");
     let rtv225 = std::fs::read_to_string(rtv225).expect("the recipe");
     let with = |from: &str, to: &str| {
         assert!(rtv225.contains(from), "{from} is not in the recipe");

@@ -3,9 +3,9 @@
 use finger::chain::Chain;
 use softgrip::FINGERS;
 
-use crate::plant::world_config;
-use crate::setup::Setup;
-use crate::world::World;
+use sim::plant::world_config;
+use sim::setup::Setup;
+use sim::world::World;
 
 /// Step of the world, s.
 pub const STEP_S: f64 = 0.001;

@@ -3,8 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use clap::ValueEnum;
-use finger::capability::Object;
+use finger::capability::{GRAVITY_M_S2, Object};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -13,14 +12,15 @@ use softgrip::table::FingerTable;
 use softgrip::units::Kilopascals;
 use softgrip::{Controller, FINGERS};
 
-use crate::arm::{Phase, Profile};
-use crate::plant::Disturbance;
-use crate::scenario::{ObjectKind, Scenario};
-use crate::setup::Setup;
-use crate::sim;
+use sim::arm::{Phase, Profile};
+use sim::gripper::Gripper;
+use sim::plant::Disturbance;
+use sim::run;
+use sim::scenario::{ObjectKind, Scenario};
+use sim::setup::Setup;
 
 /// How well the controller knows its fingers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Knowledge {
     /// After a free-bend sweep: each finger's gain is known to 1 %.
@@ -115,26 +115,24 @@ pub fn generator(seed: u64, stream: u64, index: u64) -> ChaCha8Rng {
 
 const CASES: u64 = 1;
 
-impl Case {
-    /// Run number `index` of the sample that `seed` and `knowledge` stand for.
-    pub fn draw(
-        base: &Setup,
-        table: &FingerTable,
-        seed: u64,
-        knowledge: Knowledge,
-        index: u64,
-    ) -> Self {
-        let mut rng = generator(seed, CASES + knowledge as u64, index);
-        let mut setup = base.clone();
-        let mut between = |low: f64, high: f64| rng.random_range(low..=high);
+/// What is drawn, evenly distributed, in the order in which it is asked for.
+struct Draw(ChaCha8Rng);
 
-        let object = match between(0.0, 1.0) < 0.5 {
+impl Draw {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0.random_range(low..=high)
+    }
+
+    /// Object, grip and arm; gives what the fingers can hold, roughly, N: the nearer to it, the slower the
+    /// object slides.
+    fn grip(&mut self, setup: &mut Setup, table: &FingerTable) -> f64 {
+        let object = match self.between(0.0, 1.0) < 0.5 {
             true => ObjectKind::Sphere,
             false => ObjectKind::Cylinder,
         };
-        let pressure_kpa = between(100.0, 160.0);
-        let accel_m_s2 = between(2.0, 15.0);
-        let friction = between(0.6, 1.0);
+        let pressure_kpa = self.between(100.0, 160.0);
+        let accel_m_s2 = self.between(2.0, 15.0);
+        let friction = self.between(0.6, 1.0);
         setup.scenario = Scenario {
             object,
             mass_kg: 0.1,
@@ -145,86 +143,114 @@ impl Case {
             seed: 0,
         };
         let gripped = setup.gripped_mut();
-        gripped.depth_m += 1e-3 * between(-3.0, 3.0);
+        gripped.depth_m += 1e-3 * self.between(-3.0, 3.0);
         let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) = &mut gripped.object;
-        *radius_m *= between(0.92, 1.0);
+        *radius_m *= self.between(0.92, 1.0);
 
-        // What the fingers can hold, roughly: the nearer to it, the slower the object slides.
         let kind = match object {
             ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
             ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
         };
         let (lift, _) = table.lift(kind, Kilopascals(pressure_kpa as f32));
-        let holds_n = f64::from(lift.0) * friction / 0.8;
+        f64::from(lift.0) * friction / 0.8
+    }
 
-        let stiffness: [f64; FINGERS] = std::array::from_fn(|_| between(0.95, 1.05));
-        let gauge_gain = std::array::from_fn(|_| between(0.95, 1.05));
-        let free_bend_gain = std::array::from_fn(|i| match knowledge {
-            Knowledge::Calibrated => gauge_gain[i] / stiffness[i] * between(0.99, 1.01),
-            Knowledge::Uncalibrated => 1.0,
-        });
-        let hand = &mut setup.gripper.hand;
-        hand.finger_stiffness = stiffness;
-        hand.first_finger_deg = between(0.0, 120.0);
-        hand.sliding_friction = between(0.85, 1.0);
-        let gauge = &mut setup.gripper.gauge;
-        gauge.creep_percent = between(0.0, 3.0);
-        gauge.creep_time_s = between(5.0, 60.0);
-        let regulator = &mut setup.gripper.regulator;
-        regulator.lag_ms = between(50.0, 90.0);
-        regulator.gain = between(0.99, 1.01);
-        regulator.offset_kpa = between(-1.0, 1.0);
-        let arm = &mut setup.gripper.arm;
+    /// Fingers, gauges, air and the arm's moves.
+    fn gripper(&mut self, gripper: &mut Gripper, finger_stiffness: [f64; FINGERS]) {
+        let hand = &mut gripper.hand;
+        hand.finger_stiffness = finger_stiffness;
+        hand.first_finger_deg = self.between(0.0, 120.0);
+        hand.sliding_friction = self.between(0.85, 1.0);
+        let gauge = &mut gripper.gauge;
+        gauge.creep_percent = self.between(0.0, 3.0);
+        gauge.creep_time_s = self.between(5.0, 60.0);
+        let regulator = &mut gripper.regulator;
+        regulator.lag_ms = self.between(50.0, 90.0);
+        regulator.gain = self.between(0.99, 1.01);
+        regulator.offset_kpa = self.between(-1.0, 1.0);
+        let arm = &mut gripper.arm;
         // The run begins where the fingers close: the way down costs time and shows nothing.
         arm.approach_mm = 1.0;
         arm.dwell_ms = 50.0;
-        arm.jerk_ramp_ms = between(10.0, 60.0);
-        arm.lift_mm = between(100.0, 200.0);
-        arm.carry_mm = between(200.0, 600.0);
+        arm.jerk_ramp_ms = self.between(10.0, 60.0);
+        arm.lift_mm = self.between(100.0, 200.0);
+        arm.carry_mm = self.between(200.0, 600.0);
+    }
 
-        let pushed = between(0.0, 1.0) < 0.5;
-        let push = if pushed {
-            // At rest after the lift, or in the middle of things.
-            let at_rest = between(0.0, 1.0) < 0.6;
-            if at_rest {
-                setup.gripper.arm.dwell_ms = 700.0;
-            }
-            // The arm itself must not lose it.
-            let accel_m_s2 = setup.scenario.accel_m_s2.min(10.0);
-            setup.scenario.accel_m_s2 = accel_m_s2;
-            setup.scenario.mass_kg = between(0.25, 0.7) * holds_n / (GRAVITY_M_S2 + accel_m_s2);
-            let spare_n = holds_n - setup.scenario.mass_kg * GRAVITY_M_S2;
-            let force_n = between(0.8, 3.0) * spare_n;
-            let direction = match (
-                between(0.0, 3.0) as u8,
-                between(0.0, TAU),
-                between(-1.0, 1.0),
-            ) {
-                (0, ..) => [0.0, 0.0, -1.0],
-                (1, angle, _) => [angle.cos(), angle.sin(), 0.0],
-                (_, angle, z) => {
-                    let r = (1.0 - z * z).sqrt();
-                    [r * angle.cos(), r * angle.sin(), z]
-                }
-            };
-            let profile = Profile::new(&setup.gripper.motion(accel_m_s2));
-            let (lift_s, carry_s) = (profile.start_s(Phase::Lift), profile.start_s(Phase::Carry));
-            let start_s = if at_rest {
-                carry_s - 0.65
-            } else {
-                between(lift_s + 0.05, profile.start_s(Phase::Place))
-            };
-            let rise_s = match between(0.0, 1.0) < 0.3 {
-                true => 0.0,
-                false => 1e-3 * between(5.0, 500.0),
-            };
-            Some(Push {
-                force_n: direction.map(|x| force_n * x),
-                start_s,
-                rise_s,
-            })
+    /// A push that takes the object, and a mass that the arm alone does not lose.
+    fn push(&mut self, setup: &mut Setup, holds_n: f64) -> Push {
+        // At rest after the lift, or in the middle of things.
+        let at_rest = self.between(0.0, 1.0) < 0.6;
+        if at_rest {
+            setup.gripper.arm.dwell_ms = 700.0;
+        }
+        let accel_m_s2 = setup.scenario.accel_m_s2.min(10.0);
+        setup.scenario.accel_m_s2 = accel_m_s2;
+        setup.scenario.mass_kg = self.between(0.25, 0.7) * holds_n / (GRAVITY_M_S2 + accel_m_s2);
+        let spare_n = holds_n - setup.scenario.mass_kg * GRAVITY_M_S2;
+        let force_n = self.between(0.8, 3.0) * spare_n;
+        let direction = self.direction();
+        let profile = Profile::new(&setup.gripper.motion(accel_m_s2));
+        let (lift_s, carry_s) = (profile.start_s(Phase::Lift), profile.start_s(Phase::Carry));
+        let start_s = if at_rest {
+            carry_s - 0.65
         } else {
-            setup.scenario.mass_kg = between(0.6, 1.6) * holds_n / (GRAVITY_M_S2 + accel_m_s2);
+            self.between(lift_s + 0.05, profile.start_s(Phase::Place))
+        };
+        let rise_s = match self.between(0.0, 1.0) < 0.3 {
+            true => 0.0,
+            false => 1e-3 * self.between(5.0, 500.0),
+        };
+        Push {
+            force_n: direction.map(|x| force_n * x),
+            start_s,
+            rise_s,
+        }
+    }
+
+    /// Downwards, sideways or anywhere.
+    fn direction(&mut self) -> [f64; 3] {
+        let (kind, angle, z) = (
+            self.between(0.0, 3.0) as u8,
+            self.between(0.0, TAU),
+            self.between(-1.0, 1.0),
+        );
+        match kind {
+            0 => [0.0, 0.0, -1.0],
+            1 => [angle.cos(), angle.sin(), 0.0],
+            _ => {
+                let r = (1.0 - z * z).sqrt();
+                [r * angle.cos(), r * angle.sin(), z]
+            }
+        }
+    }
+}
+
+impl Case {
+    /// Run number `index` of the sample that `seed` and `knowledge` stand for.
+    pub fn draw(
+        base: &Setup,
+        table: &FingerTable,
+        seed: u64,
+        knowledge: Knowledge,
+        index: u64,
+    ) -> Self {
+        let mut draw = Draw(generator(seed, CASES + knowledge as u64, index));
+        let mut setup = base.clone();
+        let holds_n = draw.grip(&mut setup, table);
+        let stiffness: [f64; FINGERS] = std::array::from_fn(|_| draw.between(0.95, 1.05));
+        let gauge_gain = std::array::from_fn(|_| draw.between(0.95, 1.05));
+        let free_bend_gain = std::array::from_fn(|i| match knowledge {
+            Knowledge::Calibrated => gauge_gain[i] / stiffness[i] * draw.between(0.99, 1.01),
+            Knowledge::Uncalibrated => 1.0,
+        });
+        draw.gripper(&mut setup.gripper, stiffness);
+        let push = if draw.between(0.0, 1.0) < 0.5 {
+            Some(draw.push(&mut setup, holds_n))
+        } else {
+            let scenario = &mut setup.scenario;
+            scenario.mass_kg =
+                draw.between(0.6, 1.6) * holds_n / (GRAVITY_M_S2 + scenario.accel_m_s2);
             None
         };
         Self {
@@ -234,11 +260,11 @@ impl Case {
             push,
             gauge_gain,
             free_bend_gain,
-            offset_ue: std::array::from_fn(|_| between(-50.0, 50.0)),
-            drift_ue_per_s: std::array::from_fn(|_| between(-30.0, 30.0)),
-            ripple_kpa: between(0.0, 1.0),
-            ripple_hz: between(2.0, 40.0),
-            seed: rng.random(),
+            offset_ue: std::array::from_fn(|_| draw.between(-50.0, 50.0)),
+            drift_ue_per_s: std::array::from_fn(|_| draw.between(-30.0, 30.0)),
+            ripple_kpa: draw.between(0.0, 1.0),
+            ripple_hz: draw.between(2.0, 40.0),
+            seed: draw.0.random(),
         }
     }
 
@@ -279,9 +305,6 @@ impl Case {
             free_bend_gain: self.free_bend_gain.map(|gain| gain as f32),
             ..*settings
         };
-        sim::controller(table, &settings)
+        run::controller(table, &settings)
     }
 }
-
-/// Standard gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.80665;

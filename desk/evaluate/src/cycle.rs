@@ -1,4 +1,4 @@
-//! What a gripper lives through between two losses: moves, stops, shocks, vibration, new pressures,
+//! What a gripper's cycles are made of between two losses: moves, stops, shocks, vibration, new pressures,
 //! releases, empty closes, hours of creep and gauges that go bad.
 
 use std::f64::consts::{SQRT_2, TAU};

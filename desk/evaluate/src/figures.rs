@@ -2,11 +2,12 @@
 
 use plotters::prelude::SeriesLabelPosition;
 
-use super::latency::{Trial, Verdict};
-use super::summary::{Setting, Summary};
-use super::{NOISE_UE, roc};
-use crate::charts::{self, Look, Panel, Series, color};
-use crate::style::{PALETTE, QUIET};
+use crate::options::NOISE_UE;
+use crate::roc;
+use crate::summary::{Setting, Summary};
+use crate::trial::{Trial, Verdict};
+use report::charts::{self, Look, Panel, Series, color};
+use report::style::{PALETTE, QUIET};
 
 /// Latencies up to here are drawn, ms.
 const DRAWN_MS: f64 = 200.0;

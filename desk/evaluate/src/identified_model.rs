@@ -8,88 +8,24 @@
 //! an object gives way sideways where a stop or a bump is harder than its friction, and stays there.
 
 use anyhow::Context;
-use nalgebra::{Matrix4, Vector4};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use softgrip::FINGERS;
 
-use super::bench::{Bench, GRID_KPA, STEP_S, closing, directions, spread};
-use super::case::generator;
-use super::slide::{Slide, Slider};
-use crate::plant::Lag;
-use crate::setup::Setup;
+use crate::bench::{Bench, GRID_KPA, STEP_S, closing, directions, spread};
+use crate::case::generator;
+use crate::difference::{Difference, Filter};
+use crate::slide::{Slide, Slider};
+use sim::setup::Setup;
 
 /// Rms of the acceleration under which a response is identified, m/s²: at 2, contacts of a light cylinder
 /// slip by hairs, and the fit takes them for a slow answer.
 const EXCITATION_M_S2: f64 = 0.5;
 /// Length of that run, s.
 const EXCITED_S: f64 = 3.0;
-/// Lag before the fit, as slow as the answers, s.
-const FIT_LAG_S: f64 = 0.02;
-
-/// A difference equation `y = a₁ y₁ + a₂ y₂ + b₀ u + b₁ u₁`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
-    a: [f64; 2],
-    b: [f64; 2],
-}
-
-impl Difference {
-    /// The one that fits output to input best, in the sense of least squares of the next value. Both go
-    /// through the same lag first: slow motion counts, where a tick's own error would drown it.
-    pub fn fit(input: &[f64], output: &[f64]) -> Option<Self> {
-        let lag = |values: &[f64]| -> Vec<f64> {
-            let mut lag = Lag::new(FIT_LAG_S);
-            values.iter().map(|&value| lag.step(value)).collect()
-        };
-        let (input, output) = (lag(input), lag(output));
-        let mut normal = Matrix4::zeros();
-        let mut right = Vector4::zeros();
-        for n in 2..input.len().min(output.len()) {
-            let row = Vector4::new(output[n - 1], output[n - 2], input[n], input[n - 1]);
-            normal += row * row.transpose();
-            right += row * output[n];
-        }
-        let [a1, a2, b0, b1] = normal.cholesky()?.solve(&right).into();
-        Some(Self {
-            a: [a1, a2],
-            b: [b0, b1],
-        })
-    }
-}
-
-/// A difference equation in motion.
-#[derive(Debug, Clone, Copy)]
-pub struct Filter {
-    difference: Difference,
-    input: f64,
-    output: [f64; 2],
-}
-
-impl Filter {
-    /// At rest.
-    pub fn new(difference: Difference) -> Self {
-        Self {
-            difference,
-            input: 0.0,
-            output: [0.0; 2],
-        }
-    }
-
-    /// The next output.
-    pub fn step(&mut self, input: f64) -> f64 {
-        let Difference { a, b } = self.difference;
-        let [y1, y2] = self.output;
-        let output = a[0] * y1 + a[1] * y2 + b[0] * input + b[1] * self.input;
-        self.input = input;
-        self.output = [output, y1];
-        output
-    }
-}
-
 /// An object in the grip.
 #[derive(Debug, Clone)]
-pub struct Response {
+pub struct IdentifiedModel {
     /// Pressure at which it was identified, kPa.
     pub pressure_kpa: f64,
     /// Mean residual of a finger against pressure in steps of 2 kPa, µε.
@@ -102,7 +38,7 @@ pub struct Response {
     pub slide: Slide,
 }
 
-impl Response {
+impl IdentifiedModel {
     /// Identifies the response of what a setup holds at its pressure, and its closing.
     pub fn of(setup: &Setup) -> anyhow::Result<Self> {
         Self::with(setup, closing(setup))
@@ -164,11 +100,11 @@ pub struct Held {
 
 impl Held {
     /// At rest.
-    pub fn new(response: &Response) -> Self {
+    pub fn new(model: &IdentifiedModel) -> Self {
         Self {
-            along: Filter::new(response.along),
-            across: [response.across; 2].map(Filter::new),
-            slider: Slider::new(response.slide),
+            along: Filter::new(model.along),
+            across: [model.across; 2].map(Filter::new),
+            slider: Slider::new(model.slide),
         }
     }
 

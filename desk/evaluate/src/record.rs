@@ -1,20 +1,22 @@
-//! A run on the twin, kept so that it can be measured again with other noise and judged by other
+//! A simulated run, kept so that it can be measured again with other noise and judged by other
 //! detectors.
 //!
 //! Gauge noise does not reach the physics before a loss is reported: the regulator listens to its own
 //! monitor, and the reaction to a loss is to hold. So the physics is simulated once, in closed loop,
 //! and its strains and pressures are measured again for each level of noise.
 
+use std::ops::ControlFlow;
+
 use softgrip::settings::Settings;
 use softgrip::table::FingerTable;
 use softgrip::units::{DacCode, Instant, Kilopascals};
-use softgrip::{Command, FINGERS, Grip, RawFrame, TICK_US};
+use softgrip::{Command, Controller, FINGERS, Grip, Outputs, RawFrame, TICK_US};
 
-use super::case::{Case, generator};
-use super::meter::Meter;
-use crate::arm::Phase;
-use crate::plant::Plant;
-use crate::sim;
+use crate::case::{Case, generator};
+use crate::sensor_model::SensorModel;
+use sim::arm::Phase;
+use sim::plant::Plant;
+use sim::run;
 
 /// The object is gone once it has moved this far against the palm, mm.
 pub const GONE_MM: f32 = 20.0;
@@ -54,7 +56,7 @@ const EMPTY: f64 = 0.5;
 
 /// What really happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fate {
+pub enum Outcome {
     /// The object stayed where it was until it was let go.
     Held,
     /// It moved, but the fingers still press on it.
@@ -133,6 +135,28 @@ impl Recording {
         Ok(recording)
     }
 
+    /// Runs a controller over it, measured at a level of noise. `look` sees each tick's number, its truth and
+    /// what the controller made of it, until it has seen enough.
+    pub fn replay(
+        &self,
+        case: &Case,
+        noise_ue: f64,
+        mut controller: Controller,
+        mut look: impl FnMut(usize, &Tick, &Outputs) -> ControlFlow<()>,
+    ) {
+        let mut measure = Measure::new(case, noise_ue);
+        for (n, truth) in self.ticks.iter().enumerate() {
+            let tick = n + 1;
+            let frame = measure.frame(tick, truth);
+            let command = self.command(tick, case.setup.scenario.pressure_kpa);
+            let now = Instant::from_micros(TICK_US * tick as u64);
+            let outputs = controller.step(now, &frame, command);
+            if look(tick, truth, &outputs).is_break() {
+                break;
+            }
+        }
+    }
+
     /// What the robot asks for at a tick.
     pub fn command(&self, tick: usize, pressure_kpa: f64) -> Command {
         if tick == self.grip {
@@ -155,11 +179,11 @@ impl Recording {
     }
 
     /// What became of the object.
-    pub fn fate(&self) -> Fate {
+    pub fn outcome(&self) -> Outcome {
         let carried = self.carried();
         let gone = carried.clone().any(|tick| self.at(tick).moved_mm > GONE_MM);
         if !gone {
-            return Fate::Held;
+            return Outcome::Held;
         }
         let held = &self.ticks[carried.start - 1..carried.end - 1];
         let sums = held.iter().map(|tick| f64::from(tick.residual_ue));
@@ -167,11 +191,11 @@ impl Recording {
         let emptied = sums
             .clone()
             .any(|sum| sum < EMPTY * f64::from(held[0].residual_ue));
-        match sim::collapse_of(sums) {
-            Some(n) if emptied => Fate::Lost {
+        match run::collapse_of(sums) {
+            Some(n) if emptied => Outcome::Lost {
                 onset: carried.start + n,
             },
-            _ => Fate::Displaced,
+            _ => Outcome::Displaced,
         }
     }
 }
@@ -180,7 +204,7 @@ impl Recording {
 pub struct Measure<'a> {
     case: &'a Case,
     noise_ue: f32,
-    meter: Meter<rand_chacha::ChaCha8Rng>,
+    sensors: SensorModel<rand_chacha::ChaCha8Rng>,
 }
 
 impl<'a> Measure<'a> {
@@ -191,7 +215,7 @@ impl<'a> Measure<'a> {
         Self {
             case,
             noise_ue: noise_ue as f32,
-            meter: Meter::new(rng, monitor_noise_kpa),
+            sensors: SensorModel::new(rng, monitor_noise_kpa),
         }
     }
 
@@ -203,7 +227,7 @@ impl<'a> Measure<'a> {
             let off = case.offset_ue[i] + case.drift_ue_per_s[i] * t_s;
             case.gauge_gain[i] as f32 * truth.strain_ue[i] + off as f32
         });
-        self.meter
+        self.sensors
             .frame(strain, [self.noise_ue; FINGERS], truth.pressure_kpa)
     }
 }

@@ -1,17 +1,18 @@
 //! Latency against false alarms: the controller at other levels of evidence, and the rules of others at
 //! other thresholds, on the same traces.
 
+use std::ops::ControlFlow;
+
 use softgrip::TICK_US;
 use softgrip::settings::Settings;
-use softgrip::units::Instant;
 
-use super::alarms::Tally;
-use super::baselines::{Baseline, Baselines, Envelope, RULES};
-use super::case::Case;
-use super::latency::{self, UNMOVED_MM};
-use super::record::{Fate, Measure, Recording};
-use super::statistics::quantile;
-use crate::setup::Setup;
+use crate::baselines::{Baseline, Baselines, Envelope, RULES};
+use crate::case::Case;
+use crate::record::{Outcome, Recording};
+use crate::statistics::quantile;
+use crate::tally::Tally;
+use crate::trial::{self, UNMOVED_MM, Verdict};
+use sim::setup::Setup;
 
 /// Noise of the comparison, µε.
 pub const NOISE_UE: f64 = 100.0;
@@ -46,30 +47,25 @@ impl Race {
         settings: &Settings,
         base: &Setup,
     ) -> anyhow::Result<Option<Self>> {
-        let Fate::Lost { onset } = recording.fate() else {
+        let Outcome::Lost { onset } = recording.outcome() else {
             return Ok(None);
         };
         let mut controller_ms = [None; EVIDENCE.len()];
         for (ms, factor) in controller_ms.iter_mut().zip(EVIDENCE) {
             let settings = with_evidence(settings, factor);
-            let trial = latency::judge(case, recording, NOISE_UE, &settings, base)?;
+            let trial = trial::judge(case, recording, NOISE_UE, &settings, base)?;
             *ms = match trial.verdict() {
-                latency::Verdict::Reported(ms) => Some(ms),
+                Verdict::Reported(ms) => Some(ms),
                 _ => None,
             };
         }
-        let mut controller = case.controller(base.table(), settings)?;
-        let mut measure = Measure::new(case, NOISE_UE);
+        let controller = case.controller(base.table(), settings)?;
         let mut baselines = Baselines::default();
         let mut envelopes: [Envelope; RULES] = Default::default();
         let mut armed = false;
         let mut moved = false;
-        for (n, truth) in recording.ticks.iter().enumerate() {
-            let tick = n + 1;
-            let frame = measure.frame(tick, truth);
-            let command = recording.command(tick, case.setup.scenario.pressure_kpa);
-            let now = Instant::from_micros(TICK_US * tick as u64);
-            let seen = controller.step(now, &frame, command).snapshot;
+        recording.replay(case, NOISE_UE, controller, |tick, truth, outputs| {
+            let seen = &outputs.snapshot;
             // Armed with the controller, but not disarmed by its own report.
             armed = (armed || seen.state.is_holding()) && Some(tick) != recording.release;
             moved |= truth.moved_mm >= UNMOVED_MM;
@@ -80,7 +76,8 @@ impl Race {
                     envelope.add(tick, score);
                 }
             }
-        }
+            ControlFlow::Continue(())
+        });
         Ok(Some(Self {
             onset,
             envelopes,
@@ -91,7 +88,7 @@ impl Race {
     fn baseline_ms(&self, rule: Baseline, threshold: f32) -> Option<f64> {
         let tick = self.envelopes[rule as usize].crossing(threshold)?;
         let ms = (tick as f64 - self.onset as f64) * TICK_US as f64 * 1e-3;
-        Some(ms).filter(|ms| *ms <= latency::MISSED_MS)
+        Some(ms).filter(|ms| *ms <= trial::MISSED_MS)
     }
 }
 

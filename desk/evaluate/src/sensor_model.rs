@@ -1,4 +1,4 @@
-//! The gauges, the monitor and the converter: strain and pressure → codes, cheaply.
+//! The sensor model: strain and pressure → codes of the converter, cheaply.
 //!
 //! The noise of a tick's mean is drawn once for the tick and not for each of its scans; the mean of ten
 //! scans, each quantised, differs from that by less than a code.
@@ -14,13 +14,13 @@ const SCANS: u16 = 10;
 
 /// One gripper's measuring chain.
 #[derive(Debug, Clone)]
-pub struct Meter<R> {
+pub struct SensorModel<R> {
     rng: R,
     supply: AdcCode,
     monitor_noise_kpa: f32,
 }
 
-impl<R: Rng> Meter<R> {
+impl<R: Rng> SensorModel<R> {
     /// A chain whose monitor has this noise, rms.
     pub fn new(rng: R, monitor_noise_kpa: f64) -> Self {
         let supply = FrontEnd::REFERENCE.supply_code(Volts(24.0));

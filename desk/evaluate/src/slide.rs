@@ -2,14 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use finger::capability::GRAVITY_M_S2;
 use softgrip::FINGERS;
 
-use super::bench::{Bench, STEP_S, spread};
-use super::response::{Difference, Filter};
-use crate::setup::Setup;
-
-/// Standard gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.80665;
+use crate::bench::{Bench, STEP_S, spread};
+use crate::difference::{Difference, Filter};
+use sim::setup::Setup;
 
 /// How an object gives way across the fingers: once what it pulls at them, its weight included, is more
 /// than friction resists.

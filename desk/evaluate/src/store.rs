@@ -5,9 +5,9 @@ use std::path::Path;
 
 use anyhow::Context;
 
-use super::case::Case;
-use super::record::{Recording, Tick};
-use crate::files;
+use crate::case::Case;
+use crate::record::{Recording, Tick};
+use report::files;
 
 /// Numbers per tick.
 const NUMBERS: usize = 7;

@@ -2,15 +2,17 @@
 
 use serde::Serialize;
 
-use super::alarms::{Count, Tally};
-use super::case::{KNOWLEDGE, Knowledge, ORIGINS, Origin};
-use super::latency::{Report, Trial, Verdict};
-use super::roc::{Curve, Point};
-use super::routine::Activity;
-use super::statistics::{poisson_upper_95, quantile};
-use super::{Evaluation, NOISE_UE, Options};
-use crate::json::round;
-use crate::scenario::ObjectKind;
+use crate::case::{KNOWLEDGE, Knowledge, ORIGINS, Origin};
+
+use crate::cycle::Activity;
+use crate::evaluation::Evaluation;
+use crate::options::{NOISE_UE, Options};
+use crate::roc::{Curve, Point};
+use crate::statistics::{poisson_upper_95, quantile};
+use crate::tally::{Count, Tally};
+use crate::trial::{Report, Trial, Verdict};
+use report::json::round;
+use sim::scenario::ObjectKind;
 
 /// A slip must be warned of before the object has moved this far, mm.
 pub const WARN_MM: f64 = 15.0;

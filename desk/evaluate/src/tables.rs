@@ -1,69 +1,11 @@
 //! The published numbers as tables, for a terminal and for a page.
 
-use std::fmt::Write;
+use report::table::Table;
 
-use super::roc;
-use super::summary::{
+use crate::roc;
+use crate::summary::{
     Alarms, Cause, Detector, Latency, Quantiles, Setting, Slide, Summary, WARN_MM,
 };
-use crate::html::escape;
-
-/// A table with its title above and a note below.
-pub struct Table {
-    /// What it shows.
-    pub title: String,
-    head: Vec<&'static str>,
-    rows: Vec<Vec<String>>,
-    /// How it is meant.
-    pub note: String,
-}
-
-impl Table {
-    /// Aligned, for a terminal.
-    pub fn text(&self) -> String {
-        let widths: Vec<usize> = (0..self.head.len())
-            .map(|n| {
-                let cells = self.rows.iter().map(|row| row[n].chars().count());
-                cells.max().unwrap_or(0).max(self.head[n].chars().count())
-            })
-            .collect();
-        let line = |cells: &[String]| {
-            let mut out = String::from(" ");
-            for (n, (cell, width)) in cells.iter().zip(&widths).enumerate() {
-                // Writing to a String cannot fail.
-                let _ = match n {
-                    0 => write!(out, " {cell:<width$}"),
-                    _ => write!(out, "  {cell:>width$}"),
-                };
-            }
-            out.trim_end().to_string() + "\n"
-        };
-        let head: Vec<String> = self.head.iter().map(|cell| cell.to_string()).collect();
-        let mut out = format!("{}\n{}", self.title, line(&head));
-        for row in &self.rows {
-            out += &line(row);
-        }
-        out
-    }
-
-    /// For a page.
-    pub fn html(&self) -> String {
-        let cells = |tag: &str, row: &[String]| {
-            let cells = row
-                .iter()
-                .map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
-            format!("<tr>{}</tr>\n", cells.collect::<String>())
-        };
-        let head: Vec<String> = self.head.iter().map(|cell| cell.to_string()).collect();
-        let rows: String = self.rows.iter().map(|row| cells("td", row)).collect();
-        format!(
-            "<h2>{}</h2>\n<div class=\"wide\"><table>\n{}{rows}</table></div>\n<p class=\"note\">{}</p>\n",
-            escape(&self.title),
-            cells("th", &head),
-            escape(&self.note)
-        )
-    }
-}
 
 /// All of them.
 pub fn all(summary: &Summary) -> Vec<Table> {

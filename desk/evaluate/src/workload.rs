@@ -1,4 +1,4 @@
-//! A gripper with its controller, hour after hour, in which nothing is lost.
+//! The workload: a gripper with its controller, hour after hour, in which nothing is lost.
 
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
@@ -7,16 +7,16 @@ use softgrip::telemetry::Event;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
 
-use super::Options;
-use super::alarms::{Alarm, Block, Programme, TICK_S, Tally};
-use super::baselines::{Baselines, RULES};
-use super::case::generator;
-use super::hand::{Gauge, Hand};
-use super::response::Response;
-use super::routine::{Activity, Motion, motion};
-use crate::gripper::Gripper;
-use crate::setup::Setup;
-use crate::sim;
+use crate::baselines::{Baselines, RULES};
+use crate::case::generator;
+use crate::cycle::{Activity, Motion, motion};
+use crate::identified_model::IdentifiedModel;
+use crate::options::Options;
+use crate::surrogate::{Gauge, Surrogate};
+use crate::tally::{Alarm, Tally};
+use sim::gripper::Gripper;
+use sim::run;
+use sim::setup::Setup;
 
 /// Number of the random stream.
 const STREAM: u64 = 16;
@@ -26,12 +26,35 @@ const SLID: f64 = 0.02;
 /// The score of a rule that is not armed.
 const NO_SCORE: [f32; RULES] = [f32::MIN; RULES];
 
+/// Control tick, s.
+pub const TICK_S: f64 = 1e-6 * TICK_US as f64;
+
+/// What is done for a stretch of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Programme {
+    /// Grip after grip, with everything in between.
+    Shift,
+    /// One grip for as long as it lasts.
+    LongHold,
+    /// Grips during which one gauge goes bad.
+    BadGauge,
+}
+
+/// A stretch of time.
+#[derive(Debug, Clone, Copy)]
+pub struct Block {
+    pub programme: Programme,
+    pub noise_ue: f64,
+    pub index: u64,
+    pub ticks: u64,
+}
+
 /// A gripper with its controller in the course of a block.
-pub(super) struct Life<'a> {
+pub struct Workload<'a> {
     rng: SmallRng,
-    hand: Hand<SmallRng>,
+    surrogate: Surrogate<SmallRng>,
     controller: Controller,
-    responses: &'a [Response],
+    models: &'a [IdentifiedModel],
     gripper: Gripper,
     table: &'static FingerTable,
     tick: u64,
@@ -70,11 +93,11 @@ enum End {
     Broken,
 }
 
-impl<'a> Life<'a> {
+impl<'a> Workload<'a> {
     pub fn new(
         base: &Setup,
         options: &Options,
-        responses: &'a [Response],
+        models: &'a [IdentifiedModel],
         block: &Block,
     ) -> anyhow::Result<Self> {
         let noise = block.noise_ue as u64;
@@ -94,10 +117,10 @@ impl<'a> Life<'a> {
         let table = base.table();
         let noise = SmallRng::from_rng(&mut rng);
         Ok(Self {
-            hand: Hand::new(&gripper, table, gauges, noise),
-            controller: sim::controller(table, &options.settings)?,
+            surrogate: Surrogate::new(&gripper, table, gauges, noise),
+            controller: run::controller(table, &options.settings)?,
             rng,
-            responses,
+            models,
             gripper,
             table,
             tick: 0,
@@ -112,7 +135,8 @@ impl<'a> Life<'a> {
         })
     }
 
-    pub fn live(mut self, block: &Block) -> Tally {
+    /// Goes through the block and gives what was counted.
+    pub fn finish(mut self, block: &Block) -> Tally {
         while self.tick < self.end {
             match block.programme {
                 Programme::Shift => self.job(),
@@ -170,9 +194,9 @@ impl<'a> Life<'a> {
 
     /// Takes something up.
     fn grip(&mut self) -> End {
-        let response = &self.responses[self.rng.random_range(0..self.responses.len())];
-        let pressure = Kilopascals(response.pressure_kpa as f32);
-        self.hand.place(Some(response));
+        let model = &self.models[self.rng.random_range(0..self.models.len())];
+        let pressure = Kilopascals(model.pressure_kpa as f32);
+        self.surrogate.place(Some(model));
         let ripple_hz = self.rng.random_range(2.0..=40.0);
         self.ripple = (
             self.rng.random_range(0.0..=1.0),
@@ -184,7 +208,7 @@ impl<'a> Life<'a> {
 
     fn release(&mut self) {
         self.run(Activity::Release, 0.9, Motion::Rest, Command::Release);
-        self.hand.place(None);
+        self.surrogate.place(None);
         self.ripple = (0.0, 0.0);
         let greatest = std::mem::replace(&mut self.greatest, NO_SCORE);
         if greatest != NO_SCORE {
@@ -193,7 +217,7 @@ impl<'a> Life<'a> {
     }
 
     fn empty_close(&mut self) {
-        self.hand.place(None);
+        self.surrogate.place(None);
         let command = self.grip_command();
         self.run(Activity::EmptyClose, 1.5, Motion::Rest, command);
         self.release();
@@ -209,7 +233,7 @@ impl<'a> Life<'a> {
         let start = self.tick;
         let mut end = self.grip();
         while end == End::Done {
-            for (gauge, drift) in self.hand.gauges.iter_mut().zip(drift) {
+            for (gauge, drift) in self.surrogate.gauges.iter_mut().zip(drift) {
                 gauge.offset_ue += drift;
             }
             end = self.run(Activity::Creep, 1.0, Motion::Rest, Command::Continue);
@@ -248,7 +272,7 @@ impl<'a> Life<'a> {
             noise_ue,
         });
         let noise = SmallRng::from_rng(&mut self.rng);
-        self.hand = Hand::new(&self.gripper, self.table, gauges, noise);
+        self.surrogate = Surrogate::new(&self.gripper, self.table, gauges, noise);
         self.controller = Controller::new(self.table, *self.controller.active());
         self.dac = DacCode(0);
     }
@@ -274,7 +298,7 @@ impl<'a> Life<'a> {
             let (amplitude, phase) = self.ripple;
             let ripple_kpa = amplitude * (phase * self.tick as f64).sin();
             let acceleration = motion.at(n as f64 * TICK_S);
-            let frame = self.hand.step(self.dac, acceleration, ripple_kpa);
+            let frame = self.surrogate.step(self.dac, acceleration, ripple_kpa);
             let now = Instant::from_micros(TICK_US * self.tick);
             let outputs = self.controller.step(now, &frame, command);
             self.dac = outputs.dac;
@@ -290,7 +314,7 @@ impl<'a> Life<'a> {
                 let count = &mut self.tally.counts[place];
                 match event {
                     Event::Lost { .. } => count.lost += 1,
-                    Event::Slip { .. } if self.hand.gave_way() > SLID => continue,
+                    Event::Slip { .. } if self.surrogate.gave_way() > SLID => continue,
                     Event::Slip { .. } => count.slips += 1,
                     // A gauge that goes bad is to be reported.
                     Event::Fault { .. } if self.bad.is_some() => continue,
@@ -321,7 +345,7 @@ impl<'a> Life<'a> {
     fn worsen(&mut self) {
         let Some(bad) = self.bad else { return };
         let share = 1.0 - (-(self.tick as f64 * TICK_S - bad.since_s) / bad.time_s).exp();
-        let gauge = &mut self.hand.gauges[bad.finger];
+        let gauge = &mut self.surrogate.gauges[bad.finger];
         gauge.gain = 1.0 - share * bad.gain_lost;
         gauge.offset_ue = share * bad.offset_ue;
         gauge.noise_ue = self.tally.noise_ue as f32 + share as f32 * bad.noise_ue;

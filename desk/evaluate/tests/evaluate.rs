@@ -2,30 +2,29 @@
 //! does everything repeat?
 
 use std::path::Path;
-use std::process::{Command as Process, Output};
 
-use indicatif::ProgressBar;
+use evaluate::alarms;
+use evaluate::bench::Bench;
+use evaluate::case::{Case, Knowledge};
+use evaluate::cycle::{Activity, Motion};
+use evaluate::identified_model::{Held, IdentifiedModel};
+use evaluate::latency::trials_of;
+use evaluate::options::Options;
+use evaluate::record::{Outcome, Recording};
+use evaluate::surrogate::{Gauge, Surrogate};
+use evaluate::trial::judge;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
+use sim::plant::Plant;
+use sim::run;
+use sim::scenario::ObjectKind;
+use sim::setup::Setup;
 use softgrip::settings::Settings;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{Command, FINGERS, Grip, TICK_US};
-use twin::evaluate::bench::Bench;
-use twin::evaluate::case::{Case, Knowledge};
-use twin::evaluate::hand::{Gauge, Hand};
-use twin::evaluate::latency::{judge, trials_of};
-use twin::evaluate::record::{Fate, Recording};
-use twin::evaluate::response::{Held, Response};
-use twin::evaluate::routine::{Activity, Motion};
-use twin::evaluate::{Options, alarms};
-use twin::plant::Plant;
-use twin::scenario::ObjectKind;
-use twin::setup::Setup;
-use twin::sim;
 
 fn base() -> Setup {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recipes/rtv225.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recipes/rtv225.toml");
     Setup::of(&finger::recipe::load(&path).expect("the default recipe")).expect("a setup")
 }
 
@@ -77,7 +76,12 @@ impl Statistics {
 }
 
 /// The same motion on the twin and on the generator.
-fn both(setup: &Setup, response: &Response, motion: &Motion, time_s: f64) -> [Statistics; 2] {
+fn both(
+    setup: &Setup,
+    response: &IdentifiedModel,
+    motion: &Motion,
+    time_s: f64,
+) -> [Statistics; 2] {
     let mut bench = Bench::holding(setup, setup.scenario.pressure_kpa);
     let plateau = bench.residual_ue();
     let mut held = Held::new(response);
@@ -110,7 +114,7 @@ const SLANTING: [f64; 3] = [0.48, -0.64, 0.6];
 fn the_generator_moves_like_the_twin_at_5_and_10_m_s2() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = Response::of(&setup).expect("a response");
+        let response = IdentifiedModel::of(&setup).expect("a response");
         for accel in [5.0, 10.0] {
             let motion = Motion::Travel {
                 vector: SLANTING.map(|x| accel * x),
@@ -142,7 +146,7 @@ fn the_generator_moves_like_the_twin_at_5_and_10_m_s2() {
 fn the_generator_shakes_like_the_twin_at_every_frequency() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = Response::of(&setup).expect("a response");
+        let response = IdentifiedModel::of(&setup).expect("a response");
         for hz in [5.0, 10.0, 20.0, 40.0] {
             // 2 m/s² rms.
             let sine = (SLANTING.map(|x| 2.0 * 2f64.sqrt() * x), hz, 0.0);
@@ -175,7 +179,7 @@ fn the_generator_shakes_like_the_twin_at_every_frequency() {
 fn stops_and_bumps_are_as_rough_as_on_the_twin() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = Response::of(&setup).expect("a response");
+        let response = IdentifiedModel::of(&setup).expect("a response");
         for (name, peak, length_s) in [("stop", 17.0, 0.12), ("bump", 45.0, 0.012)] {
             let mut squares = [0.0; 2];
             let mut sums = [0.0; 2];
@@ -222,7 +226,7 @@ fn the_generator_grips_and_lets_go_like_the_twin() {
         let mut setup = grip(object, 0.05);
         setup.scenario.pressure_kpa = first;
         setup.scenario.noise_ue = 1.0;
-        let response = Response::of(&setup).expect("a response");
+        let response = IdentifiedModel::of(&setup).expect("a response");
         let arm = &mut setup.gripper.arm;
         (arm.approach_mm, arm.dwell_ms, arm.grip_ms) = (1.0, 10.0, 9_000.0);
         let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
@@ -232,9 +236,9 @@ fn the_generator_grips_and_lets_go_like_the_twin() {
             noise_ue: 1.0,
         };
         let noise = ChaCha8Rng::seed_from_u64(1);
-        let mut hand = Hand::new(&setup.gripper, setup.table(), [gauge; FINGERS], noise);
+        let mut hand = Surrogate::new(&setup.gripper, setup.table(), [gauge; FINGERS], noise);
         hand.place(Some(&response));
-        let controller = || sim::controller(setup.table(), &Settings::default());
+        let controller = || run::controller(setup.table(), &Settings::default());
         let mut controllers = [controller().expect("one"), controller().expect("another")];
         let mut dacs = [DacCode(0); 2];
         let plateau = FINGERS as f64 * response.residual_at(first);
@@ -277,7 +281,7 @@ fn measuring_again_is_as_good_as_measuring_in_closed_loop() {
         let again = judge(&case, &record(20.0), 100.0, &settings, &base).expect("a trial");
         let closed = judge(&case, &record(100.0), 100.0, &settings, &base).expect("a trial");
         assert_eq!(again.report, closed.report, "{index}");
-        lost += usize::from(matches!(again.fate, Fate::Lost { .. }));
+        lost += usize::from(matches!(again.outcome, Outcome::Lost { .. }));
     }
     assert!(lost > 0, "nothing was lost");
 }
@@ -293,7 +297,7 @@ fn recordings_are_found_again() {
         let trials = trials_of(&base, &options, Knowledge::Calibrated, 1).expect("trials");
         for (fresh, trial) in fresh.iter().zip(&trials) {
             assert_eq!(fresh.report, trial.report);
-            assert_eq!(fresh.fate, trial.fate);
+            assert_eq!(fresh.outcome, trial.outcome);
         }
     }
     let files: Vec<_> = std::fs::read_dir(dir.path())
@@ -310,67 +314,14 @@ fn recordings_are_found_again() {
 fn every_hour_is_counted_once_and_every_activity_happens() {
     let base = base();
     let options = options(503);
-    let responses =
-        GRIPS.map(|(object, mass_kg)| Response::of(&grip(object, mass_kg)).expect("a response"));
-    let bar = ProgressBar::hidden();
+    let responses = GRIPS
+        .map(|(object, mass_kg)| IdentifiedModel::of(&grip(object, mass_kg)).expect("a response"));
     let tally =
-        alarms::tally(&base, &options, &responses, 20.0, 0.5, false, &bar).expect("a tally");
+        alarms::tally(&base, &options, &responses, 20.0, 0.5, false, &|_| ()).expect("a tally");
     let total = tally.total();
     assert!((total.time_s - 1800.0).abs() < 1.0, "{}", total.time_s);
     for (activity, count) in Activity::ALL.iter().zip(tally.counts) {
         assert!(count.times > 0 && count.time_s > 0.0, "{activity:?}");
     }
     assert_eq!(tally.alarms.len() as u64, total.lost + total.faults);
-}
-
-fn softgrip(args: &[&str]) -> Output {
-    let mut process = Process::new(env!("CARGO_BIN_EXE_softgrip"));
-    process.args(args).output().expect("the command runs")
-}
-
-#[test]
-fn the_command_prints_json_and_writes_its_files_whatever_the_number_of_threads() {
-    let dir = tempfile::tempdir().expect("a directory");
-    let out = dir.path().to_str().expect("a name");
-    let run = |jobs: &str| {
-        softgrip(&[
-            "evaluate", "--losses", "3", "--hours", "0.02", "--seed", "504", "--json", "--out",
-            out, "--jobs", jobs,
-        ])
-    };
-    let output = run("1");
-    assert_eq!(output.status.code(), Some(0));
-    assert_eq!(output.stdout, run("3").stdout);
-    let json: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    assert_eq!(json["seed"], 504);
-    let latency = json["latency"].as_array().expect("a list");
-    // Three levels of noise, dropped or pushed out, calibrated or not.
-    assert_eq!(latency.len(), 12);
-    let losses: u64 = latency
-        .iter()
-        .filter_map(|row| row["losses"].as_u64())
-        .sum();
-    assert_eq!(losses, 3 * 2 * 3);
-    assert_eq!(json["false_alarms"].as_array().map(Vec::len), Some(3));
-    assert_eq!(json["detectors"].as_array().map(Vec::len), Some(6));
-    let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).expect(name);
-    assert_eq!(read("losses.csv").lines().count(), 1 + 6 * 3);
-    assert!(read("roc.svg").starts_with("<svg") && read("latency.svg").starts_with("<svg"));
-    let page = read("report.html");
-    assert!(page.contains("False reports") && page.ends_with("</html>\n"));
-    let saved: Value = serde_json::from_str(&read("evaluation.json")).expect("JSON");
-    assert_eq!(saved, json);
-}
-
-#[test]
-fn a_wrong_argument_is_refused() {
-    for args in [
-        ["evaluate", "--hours", "-1"],
-        ["evaluate", "--losses", "many"],
-        ["evaluate", "--noise", "20"],
-    ] {
-        let output = softgrip(&args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(!output.stderr.is_empty(), "{args:?}");
-    }
 }

@@ -4,9 +4,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use softgrip::telemetry::Event;
 
-use crate::arm::Phase;
-use crate::sim::{Run, Sample};
 use crate::style::{ALARM, FAINT, INK, PALETTE, QUIET};
+use sim::arm::Phase;
+use sim::run::{Run, Sample};
 
 const PANEL_WIDTH: u32 = 620;
 const HEIGHT: u32 = 760;
@@ -42,8 +42,7 @@ fn column(area: &DrawingArea<SVGBackend, Shift>, run: &Run) -> Result<(), Error>
         scenario.accel_m_s2,
         match (run.slid_at_s, run.flagged_at_s, run.latency_ms()) {
             (None, ..) => "held".to_string(),
-            (Some(_), Some(_), Some(ms)) =>
-                format!("lost, reported {}", crate::report::latency(ms)),
+            (Some(_), Some(_), Some(ms)) => format!("lost, reported {}", crate::words::latency(ms)),
             (Some(_), Some(s), None) => format!("lost, reported at {s:.3} s"),
             (Some(_), None, _) => "lost, and not reported".to_string(),
         }

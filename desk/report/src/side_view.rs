@@ -6,10 +6,10 @@ use finger::capability::Object;
 use finger::chain::Chain;
 use softgrip::telemetry::Event;
 
-use crate::arm::Phase;
 use crate::charts;
-use crate::scenario::ObjectKind;
-use crate::sim::{Outcome, Pose, Run};
+use sim::arm::Phase;
+use sim::run::{Outcome, Pose, Run};
+use sim::scenario::ObjectKind;
 
 /// Width and height of a picture, pixels, and pixels per metre.
 const SIZE: (f64, f64) = (200.0, 200.0);
@@ -45,7 +45,7 @@ fn strip(out: &mut String, chain: &Chain, run: &Run, top: f64) -> f64 {
         out,
         "<text x=\"10\" y=\"{}\" font-size=\"15\" fill=\"#282C34\">{}: {outcome}</text>",
         top + 20.0,
-        crate::report::title(&run.scenario),
+        crate::words::title(&run.scenario),
     );
     let frames = frames(run);
     for (n, (title, pose)) in frames.iter().enumerate() {

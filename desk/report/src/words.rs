@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::arm::Phase;
-use crate::scenario::Scenario;
-use crate::sim::{Outcome, Run};
+use sim::arm::Phase;
+use sim::run::{Outcome, Run};
+use sim::scenario::Scenario;
 
 /// What is to be done, in a few words.
 pub fn title(scenario: &Scenario) -> String {

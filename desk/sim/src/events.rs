@@ -1,11 +1,8 @@
-//! Controller events as JSON and in plain words.
+//! Controller events in plain words.
 
-use serde_json::{Value, json};
 use softgrip::FINGERS;
 use softgrip::detect::LossCause;
 use softgrip::telemetry::Event;
-
-use crate::json::round;
 
 /// An event at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,37 +14,6 @@ pub struct TimedEvent {
 }
 
 impl TimedEvent {
-    /// `{"t_s", "event", …}`; fingers count from 1.
-    pub fn json(&self) -> Value {
-        let mut value = json!({"t_s": round(self.t_s, 6), "event": name(&self.event)});
-        match self.event {
-            Event::Contact { finger } => value["finger"] = json!(finger + 1),
-            Event::Slip { rate } => value["rate_per_s"] = json!(round(rate.into(), 4)),
-            Event::Lost(loss) => {
-                value["onset_s"] = json!(round(loss.onset.micros() as f64 * 1e-6, 6));
-                value["cause"] = json!(cause(loss.cause));
-                let fall = |share: f32| json!(round(share.into(), 3));
-                value["evidence"] = json!(loss.evidence.map(|share| share.map(fall)));
-            }
-            Event::Holding { touching } => value["fingers"] = json!(fingers(touching)),
-            Event::Fault { fault, finger } => {
-                value["code"] = json!(fault.code());
-                value["fault"] = json!(format!("{fault:?}"));
-                if let Some(finger) = finger {
-                    value["finger"] = json!(finger + 1);
-                }
-            }
-            Event::Refused(refusal) => value["reason"] = json!(format!("{refusal:?}")),
-            Event::Empty
-            | Event::Released
-            | Event::Regripping
-            | Event::AirLoss
-            | Event::Tared
-            | Event::Acknowledged => {}
-        }
-        value
-    }
-
     /// One line for a person.
     pub fn words(&self) -> String {
         match self.event {
@@ -85,12 +51,12 @@ impl TimedEvent {
 }
 
 /// The fingers that are meant, counted from 1.
-fn fingers(which: [bool; FINGERS]) -> Vec<usize> {
+pub fn fingers(which: [bool; FINGERS]) -> Vec<usize> {
     (1..=FINGERS).filter(|finger| which[finger - 1]).collect()
 }
 
 /// A word for how a loss showed.
-fn cause(cause: LossCause) -> &'static str {
+pub fn cause(cause: LossCause) -> &'static str {
     match cause {
         LossCause::Collapse => "collapse",
         LossCause::OneSided => "one_sided",

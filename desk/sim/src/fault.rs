@@ -4,11 +4,10 @@ use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{Context, ensure};
-use clap::ValueEnum;
 use softgrip::FINGERS;
 
-/// What breaks. The names on the command line are these with hyphens: `tube-burst`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+/// What breaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
     /// The valve keeps its last opening.
     RegulatorStuck,
@@ -47,10 +46,53 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
+    /// All of them.
+    pub const ALL: [Self; 17] = [
+        Self::RegulatorStuck,
+        Self::SupplyClosed,
+        Self::TubeBurst,
+        Self::Leak,
+        Self::OverPressure,
+        Self::MonitorOff,
+        Self::GaugeOpen,
+        Self::GaugeShort,
+        Self::GaugeStuck,
+        Self::GaugeSaturated,
+        Self::GaugeNoisy,
+        Self::GaugeDrift,
+        Self::SupplySag,
+        Self::AdcOverrun,
+        Self::StaleFrame,
+        Self::HostSilent,
+        Self::Stop,
+    ];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RegulatorStuck => "regulator-stuck",
+            Self::SupplyClosed => "supply-closed",
+            Self::TubeBurst => "tube-burst",
+            Self::Leak => "leak",
+            Self::OverPressure => "over-pressure",
+            Self::MonitorOff => "monitor-off",
+            Self::GaugeOpen => "gauge-open",
+            Self::GaugeShort => "gauge-short",
+            Self::GaugeStuck => "gauge-stuck",
+            Self::GaugeSaturated => "gauge-saturated",
+            Self::GaugeNoisy => "gauge-noisy",
+            Self::GaugeDrift => "gauge-drift",
+            Self::SupplySag => "supply-sag",
+            Self::AdcOverrun => "adc-overrun",
+            Self::StaleFrame => "stale-frame",
+            Self::HostSilent => "host-silent",
+            Self::Stop => "stop",
+        }
+    }
+
     /// Every kind's name.
     pub fn names() -> String {
-        let names: Vec<_> = Self::value_variants().iter().map(Self::to_string).collect();
-        names.join(", ")
+        Self::ALL.map(Self::name).join(", ")
     }
 
     /// Whether it is about one finger.
@@ -79,8 +121,7 @@ impl FaultKind {
 
 impl fmt::Display for FaultKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = self.to_possible_value();
-        f.write_str(name.as_ref().map_or("", |value| value.get_name()))
+        f.write_str(self.name())
     }
 }
 
@@ -138,8 +179,9 @@ impl FromStr for Injected {
             Some((name, finger)) => (name, Some(finger)),
             None => (what, None),
         };
-        let kind = FaultKind::from_str(name, false)
-            .ok()
+        let kind = FaultKind::ALL
+            .into_iter()
+            .find(|kind| kind.name() == name)
             .with_context(|| format!("{name:?}: must be one of {}", FaultKind::names()))?;
         let finger = match (kind.has_finger(), finger) {
             (false, None) => None,
@@ -183,7 +225,7 @@ mod tests {
 
     #[test]
     fn every_kind_is_read_as_it_is_written() {
-        for &kind in FaultKind::value_variants() {
+        for kind in FaultKind::ALL {
             for until_s in [f64::INFINITY, 2.25] {
                 let fault = Injected {
                     kind,

@@ -1,9 +1,10 @@
-//! The simulated gripper, and what the host command `softgrip` is made of.
+//! The simulated gripper and its arm, what may break in them, and one run of them, or of a recorded trace,
+//! through the real controller; no command line, no JSON, no progress bar and no picture may be in it.
 //!
 //! ```text
 //! scenario ─► plant (arm, world, air, gauges) ◄─ codes ─► controller
 //!                 │ truth                                  │ events
-//!                 └──────────────► sim ◄───────────────────┘
+//!                 └──────────────► run ◄───────────────────┘
 //! ```
 #![forbid(unsafe_code)]
 
@@ -11,32 +12,16 @@ pub mod fault;
 pub mod gripper;
 pub mod scenario;
 
+pub mod air;
 pub mod arm;
 pub mod world;
 
 pub mod plant;
 
 pub mod events;
-pub mod sim;
+pub mod run;
 
 pub mod setup;
 
-pub mod capability;
-pub mod evaluate;
-pub mod gauge;
-pub mod study;
-pub mod sweep;
-
-pub mod charts;
-pub mod files;
-pub mod fit;
-pub mod html;
-pub mod json;
-pub mod plot;
 pub mod replay;
-pub mod report;
-pub mod section;
-pub mod side_view;
-pub mod style;
-pub mod table;
 pub mod trace;

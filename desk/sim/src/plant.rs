@@ -11,14 +11,13 @@ use softgrip::frontend::FrontEnd;
 use softgrip::units::{AdcCode, DacCode, Kilopascals, Microstrain, Volts};
 use softgrip::{FINGERS, RawFrame};
 
+use crate::air::{Lag, Swing, TICK_S, Valve};
 use crate::arm::{ArmState, Profile};
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
 use crate::scenario::{ObjectKind, Scenario};
 use crate::world::{Finger, LINKS, Shape, World, WorldConfig};
 
-/// Control tick, s.
-const TICK_S: f64 = 0.001;
 /// One 12-bit step of a left-aligned code.
 const ADC_STEP: f64 = 16.0;
 const ADC_MAX: f64 = 4095.0 * ADC_STEP;
@@ -78,49 +77,6 @@ pub struct Pins {
     pub supply: f64,
 }
 
-/// First-order lag.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Lag {
-    gain: f64,
-    value: f64,
-}
-
-impl Lag {
-    pub fn new(time_constant_s: f64) -> Self {
-        Self {
-            gain: 1.0 - (-TICK_S / time_constant_s).exp(),
-            value: 0.0,
-        }
-    }
-
-    pub fn step(&mut self, input: f64) -> f64 {
-        self.value += self.gain * (input - self.value);
-        self.value
-    }
-}
-
-/// A free finger's swing behind its pressure, fitted to free closes and openings of the simulated
-/// finger (0.003 rad at worst).
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Swing {
-    value: f64,
-    rate: f64,
-}
-
-impl Swing {
-    /// Natural frequency, 1/s, and damping ratio.
-    const OMEGA: f64 = 37.0;
-    const DAMPING: f64 = 0.45;
-
-    pub fn step(&mut self, input: f64) -> f64 {
-        let acceleration = Self::OMEGA * Self::OMEGA * (input - self.value)
-            - 2.0 * Self::DAMPING * Self::OMEGA * self.rate;
-        self.rate += TICK_S * acceleration;
-        self.value += TICK_S * self.rate;
-        self.value
-    }
-}
-
 /// Fingers and object as the rigid-body engine knows them.
 pub fn world_config(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> WorldConfig {
     let hand = &gripper.hand;
@@ -171,7 +127,7 @@ pub struct Plant {
     ticks: u64,
     /// Steps that the world has made.
     steps: u64,
-    valve_kpa: f64,
+    valve: Valve,
     pressure: Lag,
     inflation: Lag,
     bending: Swing,
@@ -198,7 +154,7 @@ impl Plant {
             rng: ChaCha8Rng::seed_from_u64(scenario.seed),
             ticks: 0,
             steps: 0,
-            valve_kpa: 0.0,
+            valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
             inflation: Lag::new(1e-3 * gripper.hand.inflation_lag_ms),
             bending: Swing::default(),
@@ -343,18 +299,13 @@ impl Plant {
     /// From the regulator's command to the pressure that bends the fingers.
     fn inflate(&mut self, dac: DacCode) -> f64 {
         let regulator = &self.gripper.regulator;
-        let commanded = f64::from(self.front_end.commanded(dac).0);
         let wanted = if self.broken(FaultKind::OverPressure) {
             f64::from(self.front_end.regulator_full_scale.0)
-        } else if commanded > 1.0 {
-            (regulator.gain * commanded + regulator.offset_kpa).max(0.0)
         } else {
-            // Below its dead band a regulator shuts: zero is zero.
-            0.0
+            Valve::wanted_kpa(regulator, dac)
         };
-        let slew = regulator.slew_kpa_per_s * TICK_S;
         if !self.broken(FaultKind::RegulatorStuck) {
-            self.valve_kpa += (wanted - self.valve_kpa).clamp(-slew, slew);
+            self.valve.step(&self.gripper.regulator, wanted);
         }
         let before = self.pressure.value;
         if self.broken(FaultKind::TubeBurst) {
@@ -362,7 +313,7 @@ impl Plant {
         } else if self.broken(FaultKind::Leak) {
             self.pressure.value *= (-TICK_S / LEAK_S).exp();
         } else {
-            self.pressure.step(self.valve_kpa);
+            self.pressure.step(self.valve.kpa);
         }
         if self.broken(FaultKind::SupplyClosed) {
             self.pressure.value = self.pressure.value.min(before);

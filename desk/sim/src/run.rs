@@ -5,7 +5,6 @@ use std::time::{Duration, Instant as WallClock};
 use finger::chain::Chain;
 use finger::recipe::Recipe;
 use finger::table::Table;
-use serde_json::{Value, json};
 use softgrip::settings::Settings;
 use softgrip::table::{FINGER, FingerTable};
 use softgrip::telemetry::{Event, Snapshot};
@@ -16,7 +15,6 @@ use crate::arm::Phase;
 use crate::events::TimedEvent;
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
-use crate::json::round;
 use crate::plant::{Plant, Truth};
 use crate::scenario::Scenario;
 use crate::world::LINKS;
@@ -363,27 +361,5 @@ impl Run {
             }
             None => None,
         }
-    }
-
-    /// One object per run. Times count from the start of the run.
-    pub fn json(&self) -> Value {
-        let scenario = &self.scenario;
-        json!({
-            "object": scenario.object,
-            "mass_kg": scenario.mass_kg,
-            "accel_m_s2": scenario.accel_m_s2,
-            "pressure_kpa": scenario.pressure_kpa,
-            "friction": scenario.friction,
-            "noise_ue": scenario.noise_ue,
-            "seed": scenario.seed,
-            "faults": self.faults.iter().map(Injected::to_string).collect::<Vec<_>>(),
-            "outcome": self.outcome.name(),
-            "slid_at_s": self.slid_at_s.map(|s| round(s, 6)),
-            "collapse_at_s": self.collapse_at_s.map(|s| round(s, 6)),
-            "flagged_at_s": self.flagged_at_s.map(|s| round(s, 6)),
-            "latency_ms": self.latency_ms().map(|ms| round(ms, 3)),
-            "events": self.events.iter().map(TimedEvent::json).collect::<Vec<_>>(),
-            "realtime_factor": round(self.realtime_factor, 1),
-        })
     }
 }

@@ -1,10 +1,10 @@
 //! What is to be picked up, and how fast.
 
-use clap::ValueEnum;
+use anyhow::bail;
 use serde::Serialize;
 
 /// Kind of object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ObjectKind {
     /// A ball.
@@ -13,12 +13,33 @@ pub enum ObjectKind {
     Cylinder,
 }
 
-impl std::fmt::Display for ObjectKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
+impl ObjectKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Sphere, Self::Cylinder];
+
+    /// Its name, on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
             Self::Sphere => "sphere",
             Self::Cylinder => "cylinder",
-        })
+        }
+    }
+}
+
+impl std::fmt::Display for ObjectKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for ObjectKind {
+    type Err = anyhow::Error;
+
+    fn from_str(name: &str) -> anyhow::Result<Self> {
+        match Self::ALL.into_iter().find(|kind| kind.name() == name) {
+            Some(kind) => Ok(kind),
+            None => bail!("must be {}", Self::ALL.map(Self::name).join(" or ")),
+        }
     }
 }
 

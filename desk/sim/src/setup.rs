@@ -1,7 +1,6 @@
 //! One run with everything in it that can be varied, and the names under which it is varied.
 
 use anyhow::{Context, ensure};
-use clap::ValueEnum;
 use finger::capability::Object;
 use finger::chain::{Chain, Gripped};
 use finger::recipe::Recipe;
@@ -11,8 +10,8 @@ use softgrip::table::FingerTable;
 use crate::arm::Profile;
 use crate::fault::Injected;
 use crate::gripper::Gripper;
+use crate::run::{self, Run};
 use crate::scenario::{ObjectKind, Scenario};
-use crate::sim::{self, Run};
 
 /// A run that has not begun.
 #[derive(Debug, Clone)]
@@ -111,7 +110,7 @@ impl Setup {
             chain: recipe.chain.clone(),
             stiffness_factor: 1.0,
             faults: Vec::new(),
-            table: sim::table_of(recipe)?,
+            table: run::table_of(recipe)?,
         })
     }
 
@@ -194,8 +193,8 @@ impl Setup {
             host_timeout_ms: 1_000.0,
             ..Settings::default()
         };
-        let controller = sim::controller(self.table, &settings)?;
-        Ok(sim::run(
+        let controller = run::controller(self.table, &settings)?;
+        Ok(run::run(
             &self.scenario,
             &self.gripper,
             &chain,
@@ -211,7 +210,7 @@ pub fn value(name: &str, value: &toml::Value) -> anyhow::Result<Value> {
     if name == OBJECT {
         let object = value
             .as_str()
-            .and_then(|text| ObjectKind::from_str(text, false).ok())
+            .and_then(|text| text.parse().ok())
             .with_context(|| format!("{name} = {value}: must be \"sphere\" or \"cylinder\""))?;
         return Ok(Value::Object(object));
     }
@@ -246,7 +245,8 @@ mod tests {
 
     #[test]
     fn every_parameter_has_its_own_place() {
-        let recipe = crate::table::paper().expect("the paper's recipe");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/paper.toml");
+        let recipe = finger::recipe::load(path.as_ref()).expect("the paper's recipe");
         let default = Setup::of(&recipe).expect("a setup");
         let mut seen = vec![format!("{default:?}")];
         for parameter in PARAMETERS {

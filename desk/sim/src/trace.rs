@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
 
-use crate::sim::Run;
+use crate::run::Run;
 
 /// The columns that a trace must have; others are ignored.
 pub const COLUMNS: [&str; 6] = [

@@ -7,12 +7,11 @@ mod parts;
 
 pub use parts::{FINGERS, Finger, LINKS, Shape, WorldConfig};
 
+use finger::capability::GRAVITY_M_S2;
 use friction::Friction;
 use parts::Link;
 use rapier3d_f64::prelude::*;
 
-/// Standard gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.80665;
 /// The place of a revolute joint's angle among rapier's six joint coordinates.
 const ANGLE: usize = 3;
 

@@ -1,6 +1,14 @@
 //! What each fault does to the air and to the converter's codes, and how a run with faults is judged.
 
 use finger::chain::Chain;
+use finger::recipe::Recipe;
+use sim::events::TimedEvent;
+use sim::fault::Injected;
+use sim::gripper::Gripper;
+use sim::plant::{Plant, Truth};
+use sim::run::{Outcome, Run};
+use sim::scenario::Scenario;
+use sim::setup::Setup;
 use softgrip::detect::LossCause;
 use softgrip::fault::Fault;
 use softgrip::frontend::FrontEnd;
@@ -8,20 +16,18 @@ use softgrip::grasp::Loss;
 use softgrip::telemetry::Event;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
-use twin::events::TimedEvent;
-use twin::fault::Injected;
-use twin::gripper::Gripper;
-use twin::plant::{Plant, Truth};
-use twin::scenario::Scenario;
-use twin::setup::Setup;
-use twin::sim::{Outcome, Run};
 
 const FRONT_END: FrontEnd = FrontEnd::REFERENCE;
 /// When everything breaks here: the grip is tight.
 const BREAKS: usize = 1_500;
 
+fn recipe() -> Recipe {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/paper.toml");
+    finger::recipe::load(path.as_ref()).expect("the paper's recipe")
+}
+
 fn chain() -> Chain {
-    twin::table::paper().expect("the paper's recipe").chain
+    recipe().chain
 }
 
 fn fault(text: &str) -> Injected {
@@ -161,7 +167,7 @@ fn supply_and_converter_show_their_faults() {
 }
 
 fn run(accel_m_s2: f64, faults: &[&str]) -> Run {
-    let mut setup = Setup::of(&twin::table::paper().expect("the paper's recipe")).expect("a setup");
+    let mut setup = Setup::of(&recipe()).expect("a setup");
     setup.scenario.accel_m_s2 = accel_m_s2;
     setup.faults = faults.iter().map(|text| fault(text)).collect();
     setup.run(|_| ()).expect("a run")

@@ -1,14 +1,15 @@
 //! The heaviest object that the twin carries to its destination, against the arm's acceleration.
 
+use finger::capability::GRAVITY_M_S2;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use plotters::prelude::SeriesLabelPosition;
 
-use crate::charts::{self, Look, Panel, Series};
-use crate::json::round;
-use crate::setup::Setup;
-use crate::sim::Outcome;
+use report::charts::{self, Look, Panel, Series};
+use report::json::round;
+use sim::run::Outcome;
+use sim::setup::Setup;
 
 /// Lightest object that is tried, and heaviest, kg.
 const MASS_KG: (f64, f64) = (0.005, 5.0);
@@ -39,11 +40,10 @@ pub fn limits(
         .map(|&accel_m_s2| {
             let twin_kg = heaviest(setup, accel_m_s2)?;
             done();
-            let gravity = finger::capability::GRAVITY_M_S2;
             Ok(Limit {
                 accel_m_s2,
                 twin_kg,
-                static_kg: lift_n.map(|lift| lift / (gravity + accel_m_s2)),
+                static_kg: lift_n.map(|lift| lift / (GRAVITY_M_S2 + accel_m_s2)),
             })
         })
         .collect()

@@ -105,7 +105,7 @@ impl Fit {
             .solve(&chosen)
             .map_err(near)?
             .iter()
-            .map(|steps| crate::json::round(*steps, 3))
+            .map(|steps| report::json::round(*steps, 3))
             .collect();
         let jacobian = problem
             .residuals(&chosen, &steps)

@@ -10,11 +10,11 @@ use std::fmt::Write;
 use finger::chain::{Chain, LINKS};
 use serde_json::{Value, json};
 
-use crate::json::round;
-use crate::scenario::ObjectKind;
-use crate::setup::Setup;
 use judge::{Floor, Seen, Span, judge, quantile};
 use record::{Grasps, HELD_ACCELS_M_S2, Wanted, grasps};
+use report::json::round;
+use sim::scenario::ObjectKind;
+use sim::setup::Setup;
 
 pub use chart::chart;
 

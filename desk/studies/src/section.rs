@@ -9,7 +9,7 @@ use finger::section::Section;
 use finger::yeoh::{Inflated, SectionModel, mesh_study};
 use serde_json::{Value, json};
 
-use crate::json::round;
+use report::json::round;
 
 /// Meshes of the study, coarse to fine.
 const MESHES: [MeshSize; 4] = [

@@ -1,106 +1,20 @@
-//! The paper's programme of experiments: four objects at three accelerations, what it says about each,
-//! what the twin does, and how much of that hangs on a millimetre.
+//! The paper's programme of experiments on the simulated gripper, and how much of the outcomes depends on
+//! a millimetre.
+
+pub mod figures;
+pub mod page;
 
 use anyhow::Context;
 use finger::recipe::Recipe;
-use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use sim::run::{Outcome, Run};
+use sim::setup::Setup;
 
-use crate::scenario::ObjectKind;
-use crate::setup::Setup;
-use crate::sim::{Outcome, Run};
+use crate::paper::{ACCELERATIONS, EXPERIMENTS, Experiment, Stated};
 
 /// Pressure of every grasp (paper, section 4.2), kPa.
 const PRESSURE_KPA: f64 = 140.0;
-/// Accelerations of the arm, m/s².
-pub const ACCELERATIONS: [f64; 3] = [2.0, 5.0, 10.0];
-
-/// What the paper says about a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stated {
-    /// The object arrives.
-    Hold,
-    /// It falls while being picked.
-    Pick,
-    /// It falls while being transferred.
-    Transfer,
-    /// It falls; when is not said.
-    Fall,
-    /// Nothing.
-    Unstated,
-}
-
-impl Stated {
-    /// The word for it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Hold => "hold",
-            Self::Pick => "pick",
-            Self::Transfer => "transfer",
-            Self::Fall => "fall",
-            Self::Unstated => "unstated",
-        }
-    }
-
-    /// Whether the physics did that, if anything is stated.
-    pub fn agrees(self, outcome: Outcome) -> Option<bool> {
-        match self {
-            Self::Unstated => None,
-            Self::Fall => Some(outcome != Outcome::Hold),
-            Self::Hold => Some(outcome == Outcome::Hold),
-            Self::Pick => Some(outcome == Outcome::Pick),
-            Self::Transfer => Some(outcome == Outcome::Transfer),
-        }
-    }
-}
-
-/// An object of the paper, with the figures that show it and what the text says about them.
-pub struct Experiment {
-    /// Kind of object.
-    pub object: ObjectKind,
-    /// Its mass, kg.
-    pub mass_kg: f64,
-    /// Figure with the object's displacement, and figure with the gauges' strain.
-    pub figures: [u8; 2],
-    /// The outcome at each of [`ACCELERATIONS`].
-    pub stated: [Stated; 3],
-    /// The paper's own words.
-    pub words: &'static str,
-}
-
-/// All of them (paper, sections 4.2 and 4.4).
-pub const EXPERIMENTS: [Experiment; 4] = [
-    Experiment {
-        object: ObjectKind::Sphere,
-        mass_kg: 0.150,
-        figures: [21, 25],
-        stated: [Stated::Hold, Stated::Hold, Stated::Transfer],
-        words: "can complete the grasping manipulation […] 2 m/s², 5 m/s², but with the higher acceleration of 10 m/s² the grasping manipulation is failed in the transferring step",
-    },
-    Experiment {
-        object: ObjectKind::Sphere,
-        mass_kg: 0.250,
-        figures: [22, 26],
-        // At 2 m/s² the phase is implied: "even in the picking step" is said of 5 and 10 alone.
-        stated: [Stated::Transfer, Stated::Pick, Stated::Pick],
-        words: "the falling phenomenon occurs with all conditions of the accelerations. The object falls immediately in the picking step for accelerations of 5 m/s² and 10 m/s²",
-    },
-    Experiment {
-        object: ObjectKind::Cylinder,
-        mass_kg: 0.080,
-        figures: [23, 27],
-        stated: [Stated::Hold, Stated::Hold, Stated::Fall],
-        words: "the ability of the grasping manipulation with cylindrical objects is similar to that of spherical objects",
-    },
-    Experiment {
-        object: ObjectKind::Cylinder,
-        mass_kg: 0.150,
-        figures: [24, 28],
-        stated: [Stated::Unstated, Stated::Unstated, Stated::Pick],
-        words: "the gripper cannot pick the cylindrical object with masses of 150 grams and the acceleration of 10 m/s²",
-    },
-];
 
 /// A run of the programme beside what the paper says about it.
 pub struct Case {
@@ -121,7 +35,7 @@ impl Case {
     /// As `sim --json`, with the paper's word, its sentence, and whether the physics agrees. Without
     /// the speed of the simulation, which is no two times the same.
     pub fn json(&self) -> Value {
-        let mut value = self.run.json();
+        let mut value = report::json::run(&self.run);
         if let Some(fields) = value.as_object_mut() {
             fields.shift_remove("realtime_factor");
         }
@@ -148,13 +62,13 @@ fn setups(base: &Setup) -> Vec<(&'static Experiment, Stated, Setup)> {
 }
 
 /// Runs the programme in parallel; the result does not depend on how many threads there are.
-pub fn run(recipe: &Recipe, bar: &ProgressBar) -> anyhow::Result<Vec<Case>> {
+pub fn run(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Case>> {
     let setups = setups(&Setup::of(recipe)?);
     setups
         .into_par_iter()
         .map(|(experiment, stated, setup)| {
             let run = setup.run(|_| ())?;
-            bar.inc(1);
+            done();
             Ok(Case {
                 run,
                 stated,
@@ -224,7 +138,7 @@ pub const SENSITIVITY_RUNS: u64 =
     (VARIATIONS.len() * EXPERIMENTS.len() * ACCELERATIONS.len()) as u64;
 
 /// The programme again and again, each time with one change.
-pub fn sensitivity(recipe: &Recipe, bar: &ProgressBar) -> anyhow::Result<Vec<Varied>> {
+pub fn sensitivity(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Varied>> {
     let base = setups(&Setup::of(recipe)?);
     let runs: Vec<(Outcome, Option<String>)> = VARIATIONS
         .par_iter()
@@ -233,7 +147,7 @@ pub fn sensitivity(recipe: &Recipe, bar: &ProgressBar) -> anyhow::Result<Vec<Var
             let mut setup = setup.clone();
             (variation.apply)(&mut setup);
             let run = setup.run(|_| ()).with_context(|| variation.name)?;
-            bar.inc(1);
+            done();
             Ok((run.outcome, run.mistake()))
         })
         .collect::<anyhow::Result<_>>()?;
@@ -302,7 +216,7 @@ pub fn sensitivity_json(cases: &[Case], varied: &[Varied]) -> Value {
     let name = |outcomes: &[Outcome]| -> Vec<_> { outcomes.iter().map(|o| o.name()).collect() };
     let outcomes: Vec<Outcome> = cases.iter().map(|case| case.run.outcome).collect();
     json!({
-        "runs": cases.iter().map(|case| crate::report::title(&case.run.scenario)).collect::<Vec<_>>(),
+        "runs": cases.iter().map(|case| report::words::title(&case.run.scenario)).collect::<Vec<_>>(),
         "outcomes": name(&outcomes),
         "robust": (0..cases.len()).map(|i| robust(cases, varied, i)).collect::<Vec<_>>(),
         "varied": varied.iter().map(|v| json!({

@@ -11,9 +11,9 @@ pub mod spec;
 use anyhow::{Context, ensure};
 use rayon::prelude::*;
 
-use crate::setup::{self, Setup};
-use crate::sim::Run;
 use results::{Column, Kind, Results};
+use sim::run::Run;
+use sim::setup::{self, Setup};
 use spec::Spec;
 
 /// Runs that are in memory at a time, and at most lost to a kill.

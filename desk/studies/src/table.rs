@@ -9,11 +9,13 @@ use finger::cartesian;
 use finger::chain::{Chain, LINKS};
 use finger::geometry::Geometry;
 use finger::model::{ModelError, Solved};
-use finger::recipe::{self, Recipe};
+use finger::recipe::Recipe;
 use finger::table::Table;
 use serde_json::{Value, json};
 
-use crate::json::round;
+use report::json::round;
+
+use crate::paper;
 
 /// Pressures of the paper's table 3, kPa.
 const PUBLISHED_KPA: [f64; 6] = [60.0, 80.0, 100.0, 120.0, 140.0, 160.0];
@@ -73,7 +75,7 @@ impl Report {
         Ok(Self {
             table,
             generation_s,
-            published: paper()?.chain,
+            published: paper::recipe()?.chain,
             recipe,
             pressures_kpa,
             solved,
@@ -171,15 +173,6 @@ impl Report {
                 .map_err(|error| error.to_string()),
         )
     }
-}
-
-/// The paper's own finger.
-pub fn paper() -> anyhow::Result<Recipe> {
-    let name = std::path::Path::new("recipes/paper.toml");
-    Ok(recipe::parse(
-        name,
-        include_str!("../../recipes/paper.toml"),
-    )?)
 }
 
 /// How much 0.1 mm and 10 % matter.

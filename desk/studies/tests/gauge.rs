@@ -1,14 +1,11 @@
-//! The study of the gauge's place: what a span makes of grasps by hand, and the command.
-
-use std::process::Command;
+//! The study of the gauge's place: what a span makes of grasps by hand.
 
 use finger::chain::{Chain, LINKS};
-use serde_json::Value;
-use twin::gauge::judge::{Floor, Span, judge, quantile};
-use twin::gauge::record::{Grasps, Record};
+use studies::gauge::judge::{Floor, Span, judge, quantile};
+use studies::gauge::record::{Grasps, Record};
 
 fn chain() -> Chain {
-    twin::table::paper().expect("the paper's recipe").chain
+    studies::paper::recipe().expect("the paper's recipe").chain
 }
 
 /// A grasp of which contact takes away the bend of one joint. The lift begins in tick 200, the object slides
@@ -29,7 +26,7 @@ fn record(joint: usize, speed_mm: f64, share: impl Fn(usize) -> f64) -> Record {
     }
 }
 
-fn seen(share: impl Fn(usize) -> f64, noise_ue: f64) -> twin::gauge::judge::Seen {
+fn seen(share: impl Fn(usize) -> f64, noise_ue: f64) -> studies::gauge::judge::Seen {
     let held = |sway: f64| {
         let swings = move |tick: usize| 1.0 + sway * (tick.saturating_sub(200) as f64 / 10.0).sin();
         vec![record(0, 0.0, swings)]
@@ -87,26 +84,4 @@ fn a_noisy_gauge_warns_later_and_what_does_not_show_is_never_seen() {
     assert_eq!(nothing.slip_m, [f64::INFINITY]);
     assert_eq!(nothing.early(), 0.0);
     assert_eq!(quantile(&[1.0, 2.0, f64::INFINITY], 0.5), 2.0);
-}
-
-#[test]
-fn the_command_recommends_a_place_and_does_not_depend_on_threads() {
-    let gauge = |jobs: &str| {
-        let output = Command::new(env!("CARGO_BIN_EXE_softgrip"))
-            .args(["gauge", "--runs", "5", "--json", "--jobs", jobs])
-            .output()
-            .expect("softgrip starts");
-        assert!(output.status.success(), "{output:?}");
-        serde_json::from_slice::<Value>(&output.stdout).expect("JSON")
-    };
-    let one = gauge("1");
-    assert_eq!(one, gauge("2"));
-    let at = |place: &Value, name: &str| place[name].as_f64().expect("a number");
-    assert!(at(&one["best"], "to_mm") - at(&one["best"], "from_mm") >= 14.99);
-    // Near the tip a sphere leaves nothing of the contact, so its loss is not seen there.
-    let spans = one["spans"].as_array().expect("a list");
-    let tip = spans.iter().find(|span| at(span, "from_mm") == 60.0);
-    assert!(tip.expect("a span")["sphere"]["loss_ms"]["p50"].is_null());
-    assert!(at(&one["best"]["sphere"]["loss_ms"], "p90") > 0.0);
-    assert!(at(&one["best"]["sphere"], "warned_before_15_mm") > 0.9);
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use anyhow::Context as _;
 use serde::{Deserialize, Serialize};
+use sim::scenario::Scenario;
 use softgrip::TICK_US;
-use twin::scenario::Scenario;
 
 use super::{Context, Outcome, Test};
 use crate::bench::{self, MS, Setup};

@@ -2,9 +2,9 @@
 
 use rigless::device::ResetCause;
 use rigless::time::VirtualNanos;
+use sim::scenario::Scenario;
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
-use twin::scenario::Scenario;
 
 use super::boot::SAFE_AFTER_RESET_MS;
 use super::{Context, Outcome, Test};

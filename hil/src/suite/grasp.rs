@@ -1,10 +1,10 @@
 //! Grasps: the image's verdicts against what really happened, and against the host's controller.
 
+use sim::gripper::Gripper;
+use sim::run::{self, Outcome as Physics, Run};
+use sim::scenario::{ObjectKind, Scenario};
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
-use twin::gripper::Gripper;
-use twin::scenario::{ObjectKind, Scenario};
-use twin::sim::{self, Outcome as Physics, Run};
 
 use super::{Context, Outcome, Test};
 use crate::closed_loop::{self, Closed};
@@ -128,8 +128,8 @@ fn same_as_host(closed: &Closed, outcome: &mut Outcome) {
 }
 
 fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
-    let controller = sim::controller(&FINGER, &Settings::default())?;
-    Ok(sim::run(
+    let controller = run::controller(&FINGER, &Settings::default())?;
+    Ok(run::run(
         scenario,
         &Gripper::reference(),
         closed_loop::chain()?,

@@ -4,16 +4,17 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use twin::scenario::ObjectKind;
-use twin::setup::Setup;
-use twin::{capability, files};
+use report::files;
+use sim::scenario::ObjectKind;
+use sim::setup::Setup;
+use studies::capability;
 
-use super::{Output, in_parallel, load_recipe, progress_bar, within};
+use super::{Output, in_parallel, load_recipe, object, progress_bar, within};
 
 #[derive(Args)]
 pub struct CapabilityArgs {
     /// What is picked up.
-    #[arg(long, default_value = "sphere")]
+    #[arg(long, default_value = "sphere", value_parser = object())]
     object: ObjectKind,
     /// Pressure of the grip.
     #[arg(long, value_name = "KPA", default_value = "140", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]

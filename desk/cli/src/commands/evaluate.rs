@@ -5,12 +5,13 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
+use evaluate::case::KNOWLEDGE;
+use evaluate::options::Options;
+use evaluate::summary::Summary;
+use evaluate::{evaluation, latency, output, tables, words};
+use report::files;
+use sim::setup::Setup;
 use softgrip::settings::Settings;
-use twin::evaluate::case::KNOWLEDGE;
-use twin::evaluate::summary::Summary;
-use twin::evaluate::{self, Options, latency, report, tables};
-use twin::files;
-use twin::setup::Setup;
 
 use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
@@ -64,7 +65,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     if let Some(index) = args.only {
         for knowledge in KNOWLEDGE {
             for trial in latency::trials_of(&base, &options, knowledge, index)? {
-                println!("{}", report::line(&trial));
+                println!("{}", words::line(&trial));
             }
             if let Some(dir) = out {
                 let trace = latency::trace(&base, &options, knowledge, index, args.noise)?;
@@ -75,23 +76,25 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let start = Instant::now();
-    let bar = progress_bar(0, "losses and seconds");
-    let evaluation = in_parallel(args.jobs, || evaluate::run(&base, &options, &bar))??;
+    let bar = progress_bar(evaluation::steps(&options), "losses and seconds");
+    let evaluation = in_parallel(args.jobs, || {
+        evaluation::run(&base, &options, &|steps| bar.inc(steps))
+    })??;
     bar.finish_and_clear();
     let summary = Summary::of(&evaluation, &options);
     if let Some(dir) = out {
-        evaluate::write(&evaluation, &summary, &options, dir)?;
+        output::write(&evaluation, &summary, &options, dir)?;
     }
     if args.output.json {
         println!("{}", serde_json::to_string(&summary)?);
         return Ok(ExitCode::SUCCESS);
     }
     let trials = &evaluation.sample.trials;
-    print!("{}", report::wrong(trials));
+    print!("{}", words::wrong(trials));
     if args.slowest > 0 {
-        print!("{}", report::slowest(trials, args.slowest));
+        print!("{}", words::slowest(trials, args.slowest));
     }
-    print!("{}", report::alarms(&evaluation.tallies));
+    print!("{}", words::alarms(&evaluation.tallies));
     for table in tables::all(&summary) {
         println!("{}", table.text());
     }

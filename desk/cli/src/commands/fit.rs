@@ -5,10 +5,10 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Args;
-use twin::files;
-use twin::fit::data::Noise;
-use twin::fit::parameter::Parameter;
-use twin::fit::{Fit, Request};
+use report::files;
+use studies::fit::data::Noise;
+use studies::fit::parameter::Parameter;
+use studies::fit::{Fit, Request};
 
 use super::within;
 
@@ -48,7 +48,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
         }
         None => (
             Path::new("recipes/rtv225.toml"),
-            include_str!("../../../recipes/rtv225.toml").to_string(),
+            include_str!("../../../../recipes/rtv225.toml").to_string(),
         ),
     };
     let fit = Fit::new(&Request {

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use twin::gauge::judge::Floor;
-use twin::gauge::record::{HELD_ACCELS_M_S2, Wanted};
-use twin::setup::Setup;
-use twin::{files, gauge};
+use report::files;
+use sim::setup::Setup;
+use studies::gauge;
+use studies::gauge::judge::Floor;
+use studies::gauge::record::{HELD_ACCELS_M_S2, Wanted};
 
 use super::{Output, in_parallel, load_recipe, progress_bar, within};
 

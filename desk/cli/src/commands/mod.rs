@@ -1,4 +1,4 @@
-//! The subcommands: what they take, and what they do with it.
+//! The subcommands: their arguments, progress and exit status.
 
 pub mod capability;
 pub mod evaluate;
@@ -13,11 +13,13 @@ pub mod table;
 
 use std::path::{Path, PathBuf};
 
+use ::sim::scenario::ObjectKind;
 use anyhow::Context;
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use finger::recipe::{self, Recipe};
 use indicatif::{ProgressBar, ProgressStyle};
-use twin::files;
+use report::files;
 
 /// Where results go.
 #[derive(Args, Default)]
@@ -49,10 +51,15 @@ fn load_recipe(path: Option<&Path>) -> anyhow::Result<Recipe> {
         Some(path) => Ok(recipe::load(path)?),
         None => {
             let name = Path::new("recipes/rtv225.toml");
-            let text = include_str!("../../../recipes/rtv225.toml");
+            let text = include_str!("../../../../recipes/rtv225.toml");
             Ok(recipe::parse(name, text)?)
         }
     }
+}
+
+/// Parses the kind of an object.
+fn object() -> impl TypedValueParser<Value = ObjectKind> {
+    PossibleValuesParser::new(ObjectKind::ALL.map(ObjectKind::name)).try_map(|name| name.parse())
 }
 
 /// Parses a number and refuses one outside its range.

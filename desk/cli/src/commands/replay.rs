@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use report::json;
+use sim::{replay, run, trace};
 use softgrip::settings::{GaugeSense, Settings};
-use twin::{replay, sim, trace};
 
 use super::load_recipe;
 
@@ -43,10 +44,10 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         },
         ..Settings::default()
     };
-    let controller = sim::controller(sim::table_of(&recipe)?, &settings)?;
+    let controller = run::controller(run::table_of(&recipe)?, &settings)?;
     for event in replay::replay(&rows, controller) {
         if args.json {
-            println!("{}", event.json());
+            println!("{}", json::event(&event));
         } else {
             println!("{:9.3} s  {}", event.t_s, event.words());
         }

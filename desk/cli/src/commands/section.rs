@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::Args;
 use finger::hyperelastic::Rubber;
 use finger::section::Section;
-use twin::section::Report;
+use studies::section::Report;
 
 use super::within;
 

@@ -5,18 +5,19 @@ use std::process::ExitCode;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use twin::fault::{FaultKind, Injected};
-use twin::scenario::{ObjectKind, Scenario};
-use twin::setup::Setup;
-use twin::sim::Run;
-use twin::{files, plot, report, side_view, trace};
+use report::{files, json, plot, side_view, words};
+use sim::fault::{FaultKind, Injected};
+use sim::run::Run;
+use sim::scenario::{ObjectKind, Scenario};
+use sim::setup::Setup;
+use sim::trace;
 
-use super::{Output, load_recipe, within};
+use super::{Output, load_recipe, object, within};
 
 #[derive(Args, Default)]
 pub struct SimArgs {
     /// What to pick up.
-    #[arg(long)]
+    #[arg(long, value_parser = object())]
     object: Option<ObjectKind>,
     /// Its mass.
     #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = within(0.001, 5.0))]
@@ -57,9 +58,9 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
         let run = setup.run(|share| bar.set_position((100.0 * share) as u64))?;
         bar.finish_and_clear();
         if args.output.json {
-            println!("{}", run.json());
+            println!("{}", json::run(&run));
         } else {
-            println!("{}", report::timeline(&run));
+            println!("{}", words::timeline(&run));
         }
         runs.push(run);
     }
@@ -123,6 +124,6 @@ fn progress_bar(scenario: &Scenario) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %") {
         bar.set_style(style);
     }
-    bar.set_message(report::title(scenario));
+    bar.set_message(words::title(scenario));
     bar
 }

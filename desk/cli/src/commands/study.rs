@@ -5,9 +5,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
+use report::{files, words};
 use serde_json::Value;
-use twin::study::{self, Case};
-use twin::{files, html, report};
+use studies::paper;
+use studies::study::{self, Case, page};
 
 use super::{Output, in_parallel, load_recipe, progress_bar};
 
@@ -30,20 +31,20 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
 
 fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
     let recipe = load_recipe(args.recipe.as_deref())?;
-    let programme = (study::EXPERIMENTS.len() * study::ACCELERATIONS.len()) as u64;
+    let programme = (paper::EXPERIMENTS.len() * paper::ACCELERATIONS.len()) as u64;
     let more = out.map_or(0, |_| study::SENSITIVITY_RUNS);
     let bar = progress_bar(programme + more, "runs");
     let start = Instant::now();
-    let cases = study::run(&recipe, &bar)?;
+    let cases = study::run(&recipe, || bar.inc(1))?;
     let took = start.elapsed().as_secs_f64();
     let list = Value::from_iter(cases.iter().map(Case::json));
     if let Some(dir) = out {
-        let varied = study::sensitivity(&recipe, &bar)?;
+        let varied = study::sensitivity(&recipe, || bar.inc(1))?;
         let edges = (0..cases.len()).filter(|&n| !study::robust(&cases, &varied, n));
         let bands = edges
             .map(|n| Ok((n, study::bands(&recipe, n)?)))
             .collect::<anyhow::Result<Vec<_>>>()?;
-        let page = html::report(&html::Study {
+        let page = page::report(&page::Study {
             recipe: &recipe,
             cases: &cases,
             varied: &varied,
@@ -80,7 +81,7 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
         .filter_map(|case| {
             Some(format!(
                 "{}: {}",
-                report::title(&case.run.scenario),
+                words::title(&case.run.scenario),
                 case.run.mistake()?
             ))
         })
@@ -95,11 +96,11 @@ fn line(case: &Case) -> String {
     let said = match (case.run.flagged_at_s, case.run.latency_ms()) {
         (None, _) => "no loss reported".to_string(),
         (Some(t), None) => format!("lost at {t:.3} s"),
-        (Some(t), Some(ms)) => format!("lost at {t:.3} s, {}", report::latency(ms)),
+        (Some(t), Some(ms)) => format!("lost at {t:.3} s, {}", words::latency(ms)),
     };
     format!(
         "{:<32} paper: {:<9} twin: {:<9} {:<8} {said}",
-        report::title(&case.run.scenario),
+        words::title(&case.run.scenario),
         case.stated.name(),
         case.run.outcome.name(),
         match case.agrees() {

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use twin::files;
-use twin::setup::Setup;
-use twin::sweep::results::{self, About, CSV, Results};
-use twin::sweep::spec::Spec;
-use twin::sweep::{self, Shard, parquet};
+use report::files;
+use sim::setup::Setup;
+use studies::sweep::results::{self, About, CSV, Results};
+use studies::sweep::spec::Spec;
+use studies::sweep::{self, Shard, parquet};
 
 use super::{in_parallel, load_recipe, progress_bar};
 

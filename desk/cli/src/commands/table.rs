@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use twin::files;
-use twin::table::Report;
+use report::files;
+use studies::table::Report;
 
 use super::load_recipe;
 

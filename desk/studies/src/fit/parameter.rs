@@ -2,7 +2,7 @@
 
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
-use crate::json::round;
+use report::json::round;
 
 /// One number by which a recipe changes, counted in steps of what one does not know without measuring.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,7 +142,7 @@ fn change_value(value: &mut Value, to: impl Fn(f64) -> f64) {
 mod tests {
     use super::*;
 
-    const RECIPE: &str = include_str!("../../../recipes/rtv225.toml");
+    const RECIPE: &str = include_str!("../../../../recipes/rtv225.toml");
 
     #[test]
     fn a_change_keeps_everything_else() {

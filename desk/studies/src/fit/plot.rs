@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 use super::Fit;
 use super::data::{Point, Quantity};
-use crate::style::{FAINT, INK, PALETTE, QUIET};
+use report::style::{FAINT, INK, PALETTE, QUIET};
 
 const PANEL_WIDTH: u32 = 620;
 const HEIGHT: u32 = 620;

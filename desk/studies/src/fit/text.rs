@@ -10,7 +10,7 @@ use super::data::{Point, Quantity};
 use super::identify::{Candidate, DISTINCT, Verdict};
 use super::parameter::Parameter;
 use super::{Change, Fit};
-use crate::json::round;
+use report::json::round;
 
 /// The fitted recipe: the old one with a name and a comment of its own.
 pub(super) fn recipe(

@@ -4,7 +4,7 @@ use plotters::prelude::SeriesLabelPosition;
 
 use super::judge::{Seen, quantile};
 use super::{Judged, OBJECTS, Study};
-use crate::charts::{self, Look, Panel, Series};
+use report::charts::{self, Look, Panel, Series};
 
 /// Lengths that are drawn, mm.
 const LENGTHS_MM: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
@@ -80,7 +80,7 @@ fn panel(study: &Study, quantity: &Quantity, object: usize, end_mm: f64) -> Pane
     series.push(Series {
         name: "recipe's place".into(),
         look: Look::Rings,
-        color: crate::style::INK,
+        color: report::style::INK,
         points: vec![at(&study.recipe)],
     });
     Panel {

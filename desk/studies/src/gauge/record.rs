@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use softgrip::frontend::FrontEnd;
 use softgrip::units::{DacCode, Kilopascals};
 
-use crate::arm::Phase;
-use crate::plant::Plant;
-use crate::scenario::ObjectKind;
-use crate::setup::Setup;
+use sim::arm::Phase;
+use sim::plant::Plant;
+use sim::scenario::ObjectKind;
+use sim::setup::Setup;
 
 /// The object is gone once it has moved this far against the palm, m.
 const GONE_M: f64 = 0.020;

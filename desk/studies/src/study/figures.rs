@@ -1,44 +1,52 @@
-//! The report's figures, numbered as in the paper.
+//! The study's figures, numbered as in the paper.
 
+use finger::capability::GRAVITY_M_S2;
 use finger::chain::Chain;
+use finger::recipe::Recipe;
+use maud::{Markup, html};
 use plotters::prelude::SeriesLabelPosition;
 use plotters::style::RGBColor;
+use report::charts::{self, Look, Panel, Series, color};
+use report::style::QUIET;
+use report::words;
+use sim::arm::Phase;
+use sim::run::{Outcome, Run, Sample};
+use sim::scenario::{ObjectKind, Scenario};
+use sim::setup::Setup;
 
-use super::Study;
-use crate::arm::Phase;
-use crate::capability;
-use crate::charts::{self, Look, Panel, Series, color};
-use crate::report;
-use crate::scenario::{ObjectKind, Scenario};
-use crate::setup::Setup;
-use crate::sim::{Outcome, Run, Sample};
-use crate::study::{Case, EXPERIMENTS};
-use crate::style::QUIET;
+use super::Case;
+use crate::paper::EXPERIMENTS;
+use crate::{capability, paper};
 
+/// A figure of the page.
 pub struct Figure {
+    /// Its number in the paper, and what it shows.
     pub title: String,
+    /// The chart.
     pub svg: String,
-    pub caption: &'static str,
+    /// How it is meant.
+    pub caption: Markup,
 }
 
 const WIDTH: u32 = 960;
 /// One sample in this many is drawn: 250 Hz are finer than the picture.
 const EVERY: usize = 4;
 
-pub fn all(study: &Study) -> anyhow::Result<Vec<Figure>> {
-    let published = crate::table::paper()?.chain;
+/// All of them, in the order of the paper.
+pub fn all(recipe: &Recipe, cases: &[Case]) -> anyhow::Result<Vec<Figure>> {
+    let published = paper::recipe()?.chain;
     let mut figures = vec![
-        tip_angle(&study.recipe.chain, &published)?,
-        deflection(&study.recipe.chain, &published)?,
+        tip_angle(&recipe.chain, &published)?,
+        deflection(&recipe.chain, &published)?,
     ];
-    let per_object = study.cases.len() / EXPERIMENTS.len();
-    for cases in study.cases.chunks(per_object) {
+    let per_object = cases.len() / EXPERIMENTS.len();
+    for cases in cases.chunks(per_object) {
         figures.push(displacement(cases)?);
     }
-    for cases in study.cases.chunks(per_object) {
+    for cases in cases.chunks(per_object) {
         figures.push(strain(cases)?);
     }
-    figures.push(summary(study)?);
+    figures.push(summary(recipe, cases)?);
     Ok(figures)
 }
 
@@ -86,7 +94,7 @@ fn tip_angle(chain: &Chain, published: &Chain) -> anyhow::Result<Figure> {
     Ok(Figure {
         title: "Figure 15: how far a free finger bends".into(),
         svg: charts::draw(&[panel], 1, (WIDTH, 340))?,
-        caption: "Line: the recipe's finger. Dots: the sum of the paper's published joint torques over its joint stiffnesses. The paper's figure shows shapes from finite elements, of which the text gives no numbers.",
+        caption: html! { "Line: the recipe's finger. Dots: the sum of the paper's published joint torques over its joint stiffnesses. The paper's figure shows shapes from finite elements, of which the text gives no numbers." },
     })
 }
 
@@ -122,7 +130,7 @@ fn deflection(chain: &Chain, published: &Chain) -> anyhow::Result<Figure> {
     Ok(Figure {
         title: "Figures 19 and 20: the shape of a free finger".into(),
         svg: charts::draw(&panels, 2, (WIDTH / 2, 290))?,
-        caption: "Without gravity. Line: the recipe's chain of links. Dots: the joints that the paper's tables give. The measured shapes of the paper are pictures without numbers; it states that they differ from its theory by up to 13 %.",
+        caption: html! { "Without gravity. Line: the recipe's chain of links. Dots: the joints that the paper's tables give. The measured shapes of the paper are pictures without numbers; it states that they differ from its theory by up to 13 %." },
     })
 }
 
@@ -167,7 +175,7 @@ fn displacement(cases: &[Case]) -> anyhow::Result<Figure> {
             object_and_mass(&cases[0].run.scenario)
         ),
         svg: charts::draw(&[panel], 1, (WIDTH, 300))?,
-        caption: "Height of the object's centre over its first place: it rises with the lift of 200 mm, stays while it is carried, and comes down when it is set down, or lost. A line that stays flat is an object off which the fingers slid. Simulated; the lengths of the moves are not in the paper.",
+        caption: html! { "Height of the object's centre over its first place: it rises with the lift of 200 mm, stays while it is carried, and comes down when it is set down, or lost. A line that stays flat is an object off which the fingers slid. Simulated; the lengths of the moves are not in the paper." },
     })
 }
 
@@ -185,7 +193,7 @@ fn strain(cases: &[Case]) -> anyhow::Result<Figure> {
             object_and_mass(&cases[0].run.scenario)
         ),
         svg: charts::draw(&panels, 3, (WIDTH / 3, 280))?,
-        caption: "Mean of the three gauges: bending strain as the converter gives it, and the contact residual that the controller sees. Stages as in the paper: I approach, II grip and lift, III transfer, IV drop. The paper's gauge feels contact alone, so its curve is the residual; bending strain rises when the object is lost, as the finger bends on. The scale is free: the paper says neither where its gauges are nor in which unit they are drawn.",
+        caption: html! { "Mean of the three gauges: bending strain as the converter gives it, and the contact residual that the controller sees. Stages as in the paper: I approach, II grip and lift, III transfer, IV drop. The paper's gauge feels contact alone, so its curve is the residual; bending strain rises when the object is lost, as the finger bends on. The scale is free: the paper says neither where its gauges are nor in which unit they are drawn." },
     })
 }
 
@@ -223,7 +231,7 @@ fn strain_panel(run: &Run) -> Panel {
 fn lost(run: &Run) -> String {
     let ms = run.latency_ms();
     ms.map_or(String::new(), |ms| {
-        format!(": reported {}", report::latency(ms))
+        format!(": reported {}", words::latency(ms))
     })
 }
 
@@ -244,12 +252,12 @@ fn stages(run: &Run) -> Vec<(&'static str, f64, f64)> {
     ]
 }
 
-fn summary(study: &Study) -> anyhow::Result<Figure> {
+fn summary(recipe: &Recipe, cases: &[Case]) -> anyhow::Result<Figure> {
     let panels = [ObjectKind::Sphere, ObjectKind::Cylinder].map(|object| {
-        let mut setup = Setup::of(study.recipe)?;
+        let mut setup = Setup::of(recipe)?;
         setup.scenario.object = object;
-        let cases = |held: bool| {
-            let wanted = study.cases.iter().map(|case| &case.run).filter(|run| {
+        let runs = |held: bool| {
+            let wanted = cases.iter().map(|case| &case.run).filter(|run| {
                 run.scenario.object == object && (run.outcome == Outcome::Hold) == held
             });
             wanted
@@ -257,10 +265,9 @@ fn summary(study: &Study) -> anyhow::Result<Figure> {
                 .collect()
         };
         let lift_n = capability::static_lift_n(&setup);
-        let gravity = finger::capability::GRAVITY_M_S2;
         let statics = (2..=22).filter_map(|n| {
             let accel = f64::from(n) / 2.0;
-            Some((accel, 1e3 * lift_n? / (gravity + accel)))
+            Some((accel, 1e3 * lift_n? / (GRAVITY_M_S2 + accel)))
         });
         Ok(Panel {
             title: object.to_string(),
@@ -270,10 +277,10 @@ fn summary(study: &Study) -> anyhow::Result<Figure> {
             y: 0.0..400.0,
             stages: Vec::new(),
             series: vec![
-                dots("held", color(2), cases(true)),
+                dots("held", color(2), runs(true)),
                 Series {
                     look: Look::Rings,
-                    ..dots("lost", color(3), cases(false))
+                    ..dots("lost", color(3), runs(false))
                 },
                 Series {
                     look: Look::Dashed,
@@ -291,6 +298,6 @@ fn summary(study: &Study) -> anyhow::Result<Figure> {
     Ok(Figure {
         title: "Figure 29: what the gripper can hold".into(),
         svg: charts::draw(&panels, 2, (WIDTH / 2, 360))?,
-        caption: "The twelve runs, full where the object arrived. Dashed: what the statics of the finger model let it lift, slowly and straight. <code>softgrip capability</code> finds the limit of the twin itself.",
+        caption: html! { "The twelve runs, full where the object arrived. Dashed: what the statics of the finger model let it lift, slowly and straight. " code { "softgrip capability" } " finds the limit of the simulated gripper itself." },
     })
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Shard;
 use super::spec::Spec;
-use crate::files;
+use report::files;
 
 /// What is swept.
 const ABOUT: &str = "sweep.json";

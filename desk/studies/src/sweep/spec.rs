@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
-use crate::setup::{self, Value};
+use sim::setup::{self, Value};
 
 /// More runs than this are a slip of the pen: a week on two processors.
 const MOST_RUNS: u64 = 10_000_000;

@@ -7,10 +7,10 @@ use plotters::chart::SeriesLabelPosition;
 use plotters::style::RGBColor;
 
 use super::{PUBLISHED_KPA, Report};
-use crate::charts::{self, Look, Panel, Series};
-use crate::scenario::ObjectKind;
-use crate::study::{ACCELERATIONS, EXPERIMENTS, Stated};
-use crate::style::{INK, PALETTE};
+use crate::paper::{ACCELERATIONS, EXPERIMENTS, Stated};
+use report::charts::{self, Look, Panel, Series};
+use report::style::{INK, PALETTE};
+use sim::scenario::ObjectKind;
 
 /// Pressure of the paper's experiments (section 4.2), kPa.
 const EXPERIMENTS_KPA: f64 = 140.0;

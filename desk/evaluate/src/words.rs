@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::NOISE_UE;
-use super::alarms::Tally;
-use super::case::Case;
-use super::latency::{Report, Trial, Verdict};
+use crate::case::Case;
+use crate::options::NOISE_UE;
+use crate::tally::Tally;
+use crate::trial::{Report, Trial, Verdict};
 
 /// False alarms that are shown of each level of noise.
 const SHOWN: usize = 30;

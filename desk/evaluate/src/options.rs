@@ -1,0 +1,33 @@
+//! What is to be evaluated.
+
+use std::path::PathBuf;
+
+use softgrip::settings::Settings;
+
+/// Noise of the gauges, µε rms.
+pub const NOISE_UE: [f64; 3] = [20.0, 100.0, 400.0];
+
+/// Share of the hours at the highest level of noise, which nobody should have.
+const FEWER_HOURS: f64 = 0.1;
+
+/// What is to be evaluated.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Seed of everything. The detector's parameters were chosen on seeds below 1000.
+    pub seed: u64,
+    /// True losses to be found for each class of knowledge.
+    pub losses: usize,
+    /// Hours of holding and moving at each level of noise.
+    pub hours: f64,
+    /// Directory of simulated losses that are kept, for work on the detector.
+    pub recordings: Option<PathBuf>,
+    /// The controller's settings, but for each case's calibration.
+    pub settings: Settings,
+}
+
+impl Options {
+    /// Hours at a level of noise.
+    pub fn hours_at(&self, noise_ue: f64) -> f64 {
+        self.hours * if noise_ue > 100.0 { FEWER_HOURS } else { 1.0 }
+    }
+}

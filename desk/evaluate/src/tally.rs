@@ -1,0 +1,93 @@
+//! What is counted while nothing is lost, by what was going on.
+
+use softgrip::telemetry::Event;
+
+use crate::baselines::RULES;
+use crate::cycle::Activity;
+
+/// What was counted during one activity.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Count {
+    /// Time, s.
+    pub time_s: f64,
+    /// How often it happened.
+    pub times: u64,
+    /// False reports of *lost*.
+    pub lost: u64,
+    /// False warnings of a slip: the object had not given way.
+    pub slips: u64,
+    /// Faults and air losses that were none.
+    pub faults: u64,
+}
+
+impl std::ops::AddAssign for Count {
+    fn add_assign(&mut self, other: Self) {
+        self.time_s += other.time_s;
+        self.times += other.times;
+        self.lost += other.lost;
+        self.slips += other.slips;
+        self.faults += other.faults;
+    }
+}
+
+/// A false report, so that it can be found again.
+#[derive(Debug, Clone)]
+pub struct Alarm {
+    /// Noise of the gauges, µε.
+    pub noise_ue: f64,
+    /// Number of its block.
+    pub block: u64,
+    /// Time in that block, s.
+    pub t_s: f64,
+    /// What was going on.
+    pub activity: Activity,
+    /// How, in detail.
+    pub detail: String,
+    /// What was reported.
+    pub event: Event,
+}
+
+/// What was counted at one level of noise.
+#[derive(Debug, Clone)]
+pub struct Tally {
+    /// Noise of the gauges, µε.
+    pub noise_ue: f64,
+    /// By activity, in the order of [`Activity::ALL`].
+    pub counts: [Count; Activity::ALL.len()],
+    /// The false reports of *lost* and the faults.
+    pub alarms: Vec<Alarm>,
+    /// The greatest score of every baseline in each hold, if they were compared.
+    pub scores: Vec<[f32; RULES]>,
+}
+
+impl Tally {
+    /// Nothing yet.
+    pub fn none(noise_ue: f64) -> Self {
+        Self {
+            noise_ue,
+            counts: [Count::default(); Activity::ALL.len()],
+            alarms: Vec::new(),
+            scores: Vec::new(),
+        }
+    }
+
+    /// Everything together.
+    pub fn total(&self) -> Count {
+        let mut total = Count::default();
+        for count in self.counts {
+            total += count;
+        }
+        total
+    }
+
+    /// Hard motion alone.
+    pub fn hard_motion(&self) -> Count {
+        let mut total = Count::default();
+        for (activity, count) in Activity::ALL.iter().zip(self.counts) {
+            if activity.is_hard_motion() {
+                total += count;
+            }
+        }
+        total
+    }
+}

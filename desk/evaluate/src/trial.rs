@@ -1,0 +1,182 @@
+//! What the controller makes of one recording at one level of noise.
+
+use std::ops::ControlFlow;
+
+use sim::setup::Setup;
+use softgrip::TICK_US;
+use softgrip::settings::Settings;
+use softgrip::telemetry::Event;
+
+use crate::case::Case;
+use crate::record::{Outcome, Recording};
+
+/// A loss that is not reported this long after its onset is missed, ms.
+pub const MISSED_MS: f64 = 500.0;
+/// A report while the object has moved less than this is not of the loss that may come later, mm.
+pub const UNMOVED_MM: f32 = 1.0;
+/// The object slides for good from the last moment when it had slid less than this, mm.
+const SLIDE_MM: f32 = 0.5;
+/// What the controller made of one recording at one level of noise.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// The run.
+    pub case: Case,
+    /// What became of the object.
+    pub outcome: Outcome,
+    /// Noise of the gauges, µε rms.
+    pub noise_ue: f64,
+    /// When it recognised the grip, s.
+    pub holding_s: Option<f64>,
+    /// What it reported.
+    pub report: Report,
+    /// The loss, if the object was lost.
+    pub loss: Option<Loss>,
+}
+
+/// The controller's word on a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Report {
+    /// Nothing wrong.
+    Nothing,
+    /// The object is lost.
+    Lost {
+        /// When, s.
+        t_s: f64,
+        /// How far the object had moved, mm.
+        moved_mm: f32,
+    },
+    /// Something else that ended the hold.
+    Other {
+        /// When, s.
+        t_s: f64,
+        /// What.
+        event: Event,
+    },
+}
+
+/// One true loss. Times count from the start of the run, s.
+#[derive(Debug, Clone, Copy)]
+pub struct Loss {
+    /// The collapse: the true residual sum left 90 % of its plateau for good.
+    pub onset_s: f64,
+    /// When the object began to slide.
+    pub slide_s: f64,
+    /// How far it had moved against the palm at the onset, mm.
+    pub moved_onset_mm: f32,
+    /// First warning of a slip before that, and how far the object had moved by then, mm.
+    pub warning: Option<(f64, f32)>,
+}
+
+/// How a trial is to be counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Verdict {
+    /// Held, and nothing said.
+    Quiet,
+    /// Lost and reported, so many ms after the onset.
+    Reported(f64),
+    /// Lost and not reported in time.
+    Missed,
+    /// Reported lost while it was held.
+    FalseAlarm,
+    /// The grip was not recognised before the lift.
+    NotRecognised,
+    /// Something else was reported instead.
+    Misnamed,
+    /// The object was moved out of place, but the fingers still press on it: neither is wrong.
+    Displaced,
+}
+
+impl Trial {
+    /// How it is counted.
+    pub fn verdict(&self) -> Verdict {
+        if self.holding_s.is_none() {
+            return Verdict::NotRecognised;
+        }
+        match (&self.loss, &self.report) {
+            (_, Report::Other { .. }) => Verdict::Misnamed,
+            (_, Report::Lost { moved_mm, .. }) if *moved_mm < UNMOVED_MM => Verdict::FalseAlarm,
+            (None, _) if self.outcome == Outcome::Displaced => Verdict::Displaced,
+            (None, Report::Lost { .. }) => Verdict::FalseAlarm,
+            (None, Report::Nothing) => Verdict::Quiet,
+            (Some(_), Report::Nothing) => Verdict::Missed,
+            (Some(loss), Report::Lost { t_s, .. }) => match 1e3 * (t_s - loss.onset_s) {
+                ms if ms > MISSED_MS => Verdict::Missed,
+                ms => Verdict::Reported(ms),
+            },
+        }
+    }
+}
+
+/// Runs the controller over a recording.
+pub fn judge(
+    case: &Case,
+    recording: &Recording,
+    noise_ue: f64,
+    settings: &Settings,
+    base: &Setup,
+) -> anyhow::Result<Trial> {
+    let controller = case.controller(base.table(), settings)?;
+    let (mut holding, mut slip, mut ended) = (None, None, None);
+    recording.replay(case, noise_ue, controller, |tick, _, outputs| {
+        for event in outputs.events.iter() {
+            match event {
+                Event::Holding { .. } => {
+                    holding.get_or_insert(tick);
+                }
+                Event::Slip { .. } if tick >= recording.lift => {
+                    slip.get_or_insert(tick);
+                }
+                Event::Lost { .. } | Event::AirLoss | Event::Fault { .. } | Event::Empty => {
+                    ended.get_or_insert((tick, *event));
+                }
+                _ => {}
+            }
+        }
+        match ended {
+            Some(_) => ControlFlow::Break(()),
+            None => ControlFlow::Continue(()),
+        }
+    });
+    let report = match ended {
+        None => Report::Nothing,
+        Some((tick, Event::Lost { .. })) => Report::Lost {
+            t_s: seconds(tick),
+            moved_mm: recording.at(tick).moved_mm,
+        },
+        Some((tick, event)) => Report::Other {
+            t_s: seconds(tick),
+            event,
+        },
+    };
+    let outcome = recording.outcome();
+    let loss = match outcome {
+        Outcome::Held | Outcome::Displaced => None,
+        Outcome::Lost { onset } => Some(Loss {
+            onset_s: seconds(onset),
+            slide_s: seconds(slide(recording)),
+            moved_onset_mm: recording.at(onset).moved_mm,
+            warning: slip.map(|tick| (seconds(tick), recording.at(tick).moved_mm)),
+        }),
+    };
+    Ok(Trial {
+        case: case.clone(),
+        outcome,
+        noise_ue,
+        holding_s: holding.filter(|&tick| tick <= recording.lift).map(seconds),
+        report,
+        loss,
+    })
+}
+
+/// The first tick at which the object has slid.
+fn slide(recording: &Recording) -> usize {
+    let mut carried = recording.carried();
+    carried
+        .find(|&tick| recording.at(tick).slid_mm > SLIDE_MM)
+        .unwrap_or(recording.lift)
+}
+
+/// Time of a tick, s.
+pub fn seconds(tick: usize) -> f64 {
+    tick as f64 * TICK_US as f64 * 1e-6
+}
