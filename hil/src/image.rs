@@ -118,53 +118,8 @@ impl Image {
 
     fn parse(path: &Path, bytes: Vec<u8>) -> anyhow::Result<Self> {
         let file = object::File::parse(bytes.as_slice()).context("no ELF file")?;
-        ensure!(
-            file.architecture() == Architecture::Arm && !file.is_64(),
-            "built for {:?}, not for ARM",
-            file.architecture()
-        );
-        let vectors = file
-            .section_by_name(".vector_table")
-            .context("no section .vector_table")?;
-        ensure!(
-            vectors.address() == FLASH.start && vectors.size() == 4 * VECTORS,
-            "built for another chip: {} vectors at {:#010x}, where an STM32F42x has {VECTORS} at {:#010x}",
-            vectors.size() / 4,
-            vectors.address(),
-            FLASH.start
-        );
-        let stack: [u8; 4] = vectors.data()?[..4].try_into()?;
-        let stack = u64::from(u32::from_le_bytes(stack));
-        ensure!(
-            stack > RAM.start && stack <= RAM.end,
-            "built for another chip: its stack begins at {stack:#010x}, outside {:#010x} to {:#010x}",
-            RAM.start,
-            RAM.end
-        );
-
-        let mut functions: BTreeMap<String, Vec<Symbol>> = BTreeMap::new();
-        let mut variables = BTreeMap::new();
-        for symbol in file.symbols() {
-            let Ok(name) = symbol.name() else { continue };
-            // `<a::B>::c` is `a::B::c`, as compilers of different age write it.
-            let name = format!("{:#}", rustc_demangle::demangle(name));
-            let name = match name.strip_prefix('<') {
-                Some(method) if !method.contains(" as ") => method.replacen('>', "", 1),
-                _ => name,
-            };
-            let found = Symbol {
-                // The lowest bit of a function's address says that it is Thumb code.
-                address: symbol.address() & !1,
-                size: symbol.size(),
-            };
-            match symbol.kind() {
-                SymbolKind::Text => functions.entry(name).or_default().push(found),
-                SymbolKind::Data => {
-                    variables.insert(name, found);
-                }
-                _ => {}
-            }
-        }
+        check_chip(&file)?;
+        let (functions, variables) = symbols(&file);
         ensure!(!functions.is_empty(), "no symbols");
 
         let table = Table::parse(&bytes)
@@ -254,6 +209,65 @@ impl Image {
             .map(|(_, symbol)| *symbol)
             .with_context(|| format!("the image has no variable {name}"))
     }
+}
+
+/// Refuses what was built for something else than the chip that is emulated.
+fn check_chip(file: &object::File<'_>) -> anyhow::Result<()> {
+    ensure!(
+        file.architecture() == Architecture::Arm && !file.is_64(),
+        "built for {:?}, not for ARM",
+        file.architecture()
+    );
+    let vectors = file
+        .section_by_name(".vector_table")
+        .context("no section .vector_table")?;
+    ensure!(
+        vectors.address() == FLASH.start && vectors.size() == 4 * VECTORS,
+        "built for another chip: {} vectors at {:#010x}, where an STM32F42x has {VECTORS} at {:#010x}",
+        vectors.size() / 4,
+        vectors.address(),
+        FLASH.start
+    );
+    let stack: [u8; 4] = vectors.data()?[..4].try_into()?;
+    let stack = u64::from(u32::from_le_bytes(stack));
+    ensure!(
+        stack > RAM.start && stack <= RAM.end,
+        "built for another chip: its stack begins at {stack:#010x}, outside {:#010x} to {:#010x}",
+        RAM.start,
+        RAM.end
+    );
+    Ok(())
+}
+
+type Functions = BTreeMap<String, Vec<Symbol>>;
+type Variables = BTreeMap<String, Symbol>;
+
+/// The functions and variables by their full names.
+fn symbols(file: &object::File<'_>) -> (Functions, Variables) {
+    let mut functions = Functions::new();
+    let mut variables = Variables::new();
+    for symbol in file.symbols() {
+        let Ok(name) = symbol.name() else { continue };
+        // `<a::B>::c` is `a::B::c`, as compilers of different age write it.
+        let name = format!("{:#}", rustc_demangle::demangle(name));
+        let name = match name.strip_prefix('<') {
+            Some(method) if !method.contains(" as ") => method.replacen('>', "", 1),
+            _ => name,
+        };
+        let found = Symbol {
+            // The lowest bit of a function's address says that it is Thumb code.
+            address: symbol.address() & !1,
+            size: symbol.size(),
+        };
+        match symbol.kind() {
+            SymbolKind::Text => functions.entry(name).or_default().push(found),
+            SymbolKind::Data => {
+                variables.insert(name, found);
+            }
+            _ => {}
+        }
+    }
+    (functions, variables)
 }
 
 /// How much of the chip's memory a section takes.

@@ -3,8 +3,8 @@
 use rigless::device::ResetCause;
 use softgrip::units::DacCode;
 
-use super::failsafe::{vented_and_back, while_holding};
-use super::{Context, Outcome, Test};
+use super::incident::{SAFE_AFTER_RESET_MS, vented_and_back, while_holding};
+use super::test::{Context, Outcome, Test};
 use crate::bench::{self, MS, Setup};
 use crate::board::Restart;
 use crate::closed_loop::{REST, pins_at_rest};
@@ -37,9 +37,6 @@ pub const TESTS: [Test; 5] = [
         run: grip_at_power_up,
     },
 ];
-
-/// From a reset to a defined code at the regulator.
-pub const SAFE_AFTER_RESET_MS: f64 = 1.0;
 
 fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let setup = Setup::new(context.image, Host::Reading);

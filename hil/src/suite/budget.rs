@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use sim::scenario::Scenario;
 use softgrip::TICK_US;
 
-use super::{Context, Outcome, Test};
+use super::test::{Context, Outcome, Test};
 use crate::bench::{self, MS, Setup};
 use crate::calls::Calls;
 use crate::closed_loop::{self, Loop};

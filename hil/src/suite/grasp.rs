@@ -6,7 +6,7 @@ use sim::scenario::{ObjectKind, Scenario};
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 
-use super::{Context, Outcome, Test};
+use super::test::{Context, Outcome, Test};
 use crate::closed_loop::{self, Closed};
 
 pub const TESTS: [Test; 6] = [

@@ -1,6 +1,6 @@
 //! The control tick is never late, whatever the host does, and for as long as you like.
 
-use super::{Context, Outcome, Test};
+use super::test::{Context, Outcome, Test};
 use crate::bench::{self, MS, Preset, Record, Setup, Tick};
 use crate::closed_loop::{REST, pins_at_rest};
 use crate::rtt::Host;
