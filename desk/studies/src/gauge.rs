@@ -1,7 +1,7 @@
 //! Where on the finger should the gauge sit? The same randomised grasps, seen by gauges over every stretch of
 //! the finger.
 
-mod chart;
+pub mod chart;
 pub mod judge;
 pub mod record;
 
@@ -15,8 +15,6 @@ use record::{Grasps, HELD_ACCELS_M_S2, Wanted, grasps};
 use report::json::round;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
-
-pub use chart::chart;
 
 /// Spans begin and end on multiples of this, m.
 const GRID_M: f64 = 0.005;

@@ -4,92 +4,23 @@
 //! the order of the runs. So whatever is in it when a sweep is killed is finished, and a sweep that is
 //! started again goes on where it ended. Once all runs are there, `results.parquet` says the same.
 
+pub mod columns;
 pub mod parquet;
 pub mod results;
+pub mod shard;
 pub mod spec;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use rayon::prelude::*;
 
-use results::{Column, Kind, Results};
+use results::Results;
+use shard::Shard;
 use sim::run::Run;
-use sim::setup::{self, Setup};
+use sim::setup::Setup;
 use spec::Spec;
 
 /// Runs that are in memory at a time, and at most lost to a kill.
 const CHUNK: usize = 64;
-
-/// Every `of`-th run from number `index` on, both counted from one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Which one.
-    pub index: u64,
-    /// How many there are.
-    pub of: u64,
-}
-
-impl Shard {
-    /// Everything.
-    pub const WHOLE: Self = Self { index: 1, of: 1 };
-
-    /// Runs of a sweep of so many runs that belong to the shard.
-    pub fn len(self, runs: u64) -> u64 {
-        (runs + self.of - self.index) / self.of
-    }
-
-    /// Number of the shard's `n`-th run.
-    pub fn run(self, n: u64) -> u64 {
-        n * self.of + self.index - 1
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = anyhow::Error;
-
-    fn from_str(text: &str) -> anyhow::Result<Self> {
-        let (index, of) = text
-            .split_once('/')
-            .context("must be i/n, such as 1/4 for the first of four parts")?;
-        let shard = Self {
-            index: index.parse().context("must be two whole numbers, i/n")?,
-            of: of.parse().context("must be two whole numbers, i/n")?,
-        };
-        ensure!(
-            (1..=shard.of).contains(&shard.index) && shard.of <= 100_000,
-            "must lie within 1/n and n/n, and n must be at most 100000"
-        );
-        Ok(shard)
-    }
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.index, self.of)
-    }
-}
-
-/// The columns of the results of a sweep.
-pub fn columns(spec: &Spec) -> Vec<Column> {
-    let column = |name: &str, kind| Column {
-        name: name.to_string(),
-        kind,
-    };
-    let mut columns = vec![column("run", Kind::Integer)];
-    columns.extend(spec.names().map(|name| match name {
-        setup::OBJECT => column(name, Kind::Text),
-        _ => column(name, Kind::Number),
-    }));
-    columns.extend([
-        column("outcome", Kind::Text),
-        column("slid_at_s", Kind::Number),
-        column("collapse_at_s", Kind::Number),
-        column("flagged_at_s", Kind::Number),
-        column("latency_ms", Kind::Number),
-        column("lost_reports", Kind::Integer),
-        column("controller", Kind::Text),
-    ]);
-    columns
-}
 
 /// The row of a run.
 fn row(spec: &Spec, number: u64, run: &Run) -> Vec<String> {

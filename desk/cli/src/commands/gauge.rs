@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::Args;
 use report::files;
 use sim::setup::Setup;
-use studies::gauge;
 use studies::gauge::judge::Floor;
 use studies::gauge::record::{HELD_ACCELS_M_S2, Wanted};
+use studies::gauge::{self, chart};
 
 use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
@@ -56,7 +56,7 @@ pub fn run(args: &GaugeArgs) -> anyhow::Result<ExitCode> {
     })??;
     bar.finish_and_clear();
     if let Some(dir) = out {
-        let (json, chart) = (study.json(), gauge::chart(&study)?);
+        let (json, chart) = (study.json(), chart::chart(&study)?);
         files::write(dir, "gauge.json", format!("{json}\n").as_bytes())?;
         files::write(dir, "gauge.svg", chart.as_bytes())?;
     }

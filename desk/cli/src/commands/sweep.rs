@@ -7,8 +7,9 @@ use clap::{Args, Subcommand};
 use report::files;
 use sim::setup::Setup;
 use studies::sweep::results::{self, About, CSV, Results};
+use studies::sweep::shard::Shard;
 use studies::sweep::spec::Spec;
-use studies::sweep::{self, Shard, parquet};
+use studies::sweep::{self, columns, parquet};
 
 use super::{in_parallel, load_recipe, progress_bar};
 
@@ -64,7 +65,7 @@ fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     in_parallel(args.jobs, || sweep::check(&base, spec, args.shard))??;
     files::prepare(&args.out)?;
     let about = About::new(spec, &recipe, args.shard);
-    let columns = sweep::columns(spec);
+    let columns = columns::columns(spec);
     let mut results = Results::open(&args.out, &about, &columns)?;
     if results.torn {
         eprintln!("softgrip: {CSV}: dropped half a row that a killed sweep left");

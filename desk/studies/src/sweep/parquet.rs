@@ -11,7 +11,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
-use super::results::{CSV, Column, Kind};
+use super::columns::{Column, Kind};
+use super::results::CSV;
 
 const NAME: &str = "results.parquet";
 /// Rows that are in memory at a time.

@@ -8,7 +8,8 @@ use anyhow::{Context, bail, ensure};
 use finger::recipe::Recipe;
 use serde::{Deserialize, Serialize};
 
-use super::Shard;
+use super::columns::{Column, Kind, columns};
+use super::shard::Shard;
 use super::spec::Spec;
 use report::files;
 
@@ -16,26 +17,6 @@ use report::files;
 const ABOUT: &str = "sweep.json";
 /// One row per finished run, in the order of the runs.
 pub const CSV: &str = "results.csv";
-
-/// What a column holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Whole numbers, in every row.
-    Integer,
-    /// Numbers; empty where there is none.
-    Number,
-    /// Words; empty where there are none.
-    Text,
-}
-
-/// A column of the results.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Column {
-    /// Its name in the header.
-    pub name: String,
-    /// What it holds.
-    pub kind: Kind,
-}
 
 /// Results can only be continued or merged where all of this is the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -236,7 +217,7 @@ pub fn merge(parts: &[PathBuf], dir: &Path) -> anyhow::Result<Vec<Column>> {
             first.shards
         );
     }
-    let columns = super::columns(&spec);
+    let columns = columns(&spec);
     let mut readers = Vec::new();
     for (about, part) in &abouts {
         let results = Results::open(part, about, &columns)?;
