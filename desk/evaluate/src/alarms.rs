@@ -2,6 +2,8 @@
 
 use finger::capability::GRAVITY_M_S2;
 use rayon::prelude::*;
+use sim::scenario::ObjectKind;
+use sim::setup::Setup;
 use softgrip::units::Kilopascals;
 
 use crate::baselines::Baselines;
@@ -10,8 +12,6 @@ use crate::identified_model::IdentifiedModel;
 use crate::options::Options;
 use crate::tally::Tally;
 use crate::workload::{Block, Programme, TICK_S, Workload};
-use sim::scenario::ObjectKind;
-use sim::setup::Setup;
 
 /// Grips that are identified: each kind of object, at these pressures, …
 const PRESSURES_KPA: [f64; 4] = [100.0, 120.0, 140.0, 160.0];

@@ -1,11 +1,10 @@
 //! The twin's fingers and an object on an arm that goes where it is told.
 
 use finger::chain::Chain;
-use softgrip::FINGERS;
-
 use sim::plant::world_config;
 use sim::setup::Setup;
 use sim::world::World;
+use softgrip::FINGERS;
 
 /// Step of the world, s.
 pub const STEP_S: f64 = 0.001;

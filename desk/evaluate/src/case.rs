@@ -7,17 +7,16 @@ use finger::capability::{GRAVITY_M_S2, Object};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
-use softgrip::settings::Settings;
-use softgrip::table::FingerTable;
-use softgrip::units::Kilopascals;
-use softgrip::{Controller, FINGERS};
-
 use sim::arm::{Phase, Profile};
 use sim::gripper::Gripper;
 use sim::plant::Disturbance;
 use sim::run;
 use sim::scenario::{ObjectKind, Scenario};
 use sim::setup::Setup;
+use softgrip::settings::Settings;
+use softgrip::table::FingerTable;
+use softgrip::units::Kilopascals;
+use softgrip::{Controller, FINGERS};
 
 /// How well the controller knows its fingers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

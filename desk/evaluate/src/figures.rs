@@ -1,13 +1,13 @@
 //! Charts of the evaluation.
 
 use plotters::prelude::SeriesLabelPosition;
+use report::charts::{self, Look, Panel, Series, color};
+use report::style::{PALETTE, QUIET};
 
 use crate::options::NOISE_UE;
 use crate::roc;
 use crate::summary::{Setting, Summary};
 use crate::trial::{Trial, Verdict};
-use report::charts::{self, Look, Panel, Series, color};
-use report::style::{PALETTE, QUIET};
 
 /// Latencies up to here are drawn, ms.
 const DRAWN_MS: f64 = 200.0;

@@ -10,13 +10,13 @@
 use anyhow::Context;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
+use sim::setup::Setup;
 use softgrip::FINGERS;
 
 use crate::bench::{Bench, GRID_KPA, STEP_S, closing, directions, spread};
 use crate::case::generator;
 use crate::difference::{Difference, Filter};
 use crate::slide::{Slide, Slider};
-use sim::setup::Setup;
 
 /// Rms of the acceleration under which a response is identified, m/s²: at 2, contacts of a light cylinder
 /// slip by hairs, and the fit takes them for a slow answer.

@@ -94,7 +94,7 @@ fn prepare(
     let case = Case::draw(base, base.table(), options.seed, knowledge, index);
     let simulate = || Recording::of(&case, base.table(), &options.settings, RECORDED_AT_UE);
     let recording = match &options.recordings {
-        Some(dir) => store::recording(dir, &case, simulate)?,
+        Some(dir) => store::recording(dir, &case, &options.settings, RECORDED_AT_UE, simulate)?,
         None => simulate()?,
     };
     Ok((case, recording))

@@ -7,6 +7,9 @@
 
 use std::ops::ControlFlow;
 
+use sim::arm::Phase;
+use sim::plant::Plant;
+use sim::run;
 use softgrip::settings::Settings;
 use softgrip::table::FingerTable;
 use softgrip::units::{DacCode, Instant, Kilopascals};
@@ -14,9 +17,6 @@ use softgrip::{Command, Controller, FINGERS, Grip, Outputs, RawFrame, TICK_US};
 
 use crate::case::{Case, generator};
 use crate::sensor_model::SensorModel;
-use sim::arm::Phase;
-use sim::plant::Plant;
-use sim::run;
 
 /// The object is gone once it has moved this far against the palm, mm.
 pub const GONE_MM: f32 = 20.0;

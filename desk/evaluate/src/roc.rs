@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use sim::setup::Setup;
 use softgrip::TICK_US;
 use softgrip::settings::Settings;
 
@@ -12,7 +13,6 @@ use crate::record::{Outcome, Recording};
 use crate::statistics::quantile;
 use crate::tally::Tally;
 use crate::trial::{self, UNMOVED_MM, Verdict};
-use sim::setup::Setup;
 
 /// Noise of the comparison, µε.
 pub const NOISE_UE: f64 = 100.0;

@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 
 use finger::capability::GRAVITY_M_S2;
+use sim::setup::Setup;
 use softgrip::FINGERS;
 
 use crate::bench::{Bench, STEP_S, spread};
 use crate::difference::{Difference, Filter};
-use sim::setup::Setup;
 
 /// How an object gives way across the fingers: once what it pulls at them, its weight included, is more
 /// than friction resists.

@@ -1,27 +1,34 @@
 //! Recordings on disk, so that work on the detector need not wait for the physics.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
 use anyhow::Context;
+use report::files;
+use sha2::{Digest, Sha256};
+use softgrip::settings::Settings;
 
 use crate::case::Case;
 use crate::record::{Recording, Tick};
-use report::files;
 
 /// Numbers per tick.
 const NUMBERS: usize = 7;
 
-/// The recording of a case from `dir`, or a new one that is kept there.
+/// Sources of simulator, finger and controller without its detector, and the versions of the engine and of all
+/// else that they are built on (`build.rs`).
+const PHYSICS: &str = env!("PHYSICS_SHA256");
+
+/// The recording of a case from `dir`, or a new one that is kept there. Recordings made at other settings, of
+/// another finger or by another simulator have other names, so they are not found.
+///
+/// `settings` and `noise_ue` are those at which `simulate` closes the loop.
 pub fn recording(
     dir: &Path,
     case: &Case,
+    settings: &Settings,
+    noise_ue: f64,
     simulate: impl FnOnce() -> anyhow::Result<Recording>,
 ) -> anyhow::Result<Recording> {
-    let mut hasher = DefaultHasher::new();
-    // Everything that a case is made of.
-    format!("{case:?}").hash(&mut hasher);
-    let name = format!("{:016x}.run", hasher.finish());
+    let name = name(PHYSICS, case, settings, noise_ue);
     let path = dir.join(&name);
     if path.exists() {
         let bytes = std::fs::read(&path).with_context(|| format!("{}", path.display()))?;
@@ -31,6 +38,17 @@ pub fn recording(
     let recording = simulate()?;
     files::write(dir, &name, &bytes(&recording))?;
     Ok(recording)
+}
+
+/// The name of a recording's file: the SHA-256 of all that decides it. A case holds its finger, its gripper and
+/// its scenario.
+fn name(physics: &str, case: &Case, settings: &Settings, noise_ue: f64) -> String {
+    let text = format!("{physics}\n{case:?}\n{settings:?}\n{noise_ue:?}");
+    let digest = Sha256::digest(text)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect::<String>();
+    digest + ".run"
 }
 
 fn bytes(recording: &Recording) -> Vec<u8> {
@@ -77,4 +95,57 @@ fn parse(bytes: &[u8]) -> Option<Recording> {
         lift,
         release: (release > 0).then_some(release),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use sim::setup::Setup;
+
+    use super::*;
+    use crate::case::Knowledge;
+
+    #[test]
+    fn whatever_decides_the_physics_decides_the_name() {
+        let case = |recipe: &str, change: fn(&mut Setup)| {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("../../recipes")
+                .join(recipe);
+            let recipe = finger::recipe::load(&path).expect("a recipe");
+            let mut setup = Setup::of(&recipe).expect("a setup");
+            change(&mut setup);
+            Case::draw(&setup, setup.table(), 1, Knowledge::Calibrated, 1)
+        };
+        let settings = Settings::default();
+        let slower = Settings {
+            slew_kpa_per_s: settings.slew_kpa_per_s / 2.0,
+            ..settings
+        };
+        let usual = case("rtv225.toml", |_| ());
+        let names = [
+            name(PHYSICS, &usual, &settings, 20.0),
+            name("another simulator", &usual, &settings, 20.0),
+            name(PHYSICS, &usual, &slower, 20.0),
+            name(PHYSICS, &usual, &settings, 21.0),
+            name(PHYSICS, &case("paper.toml", |_| ()), &settings, 20.0),
+            name(
+                PHYSICS,
+                &case("rtv225.toml", |s| s.gripper.world.step_ms = 0.5),
+                &settings,
+                20.0,
+            ),
+            name(
+                PHYSICS,
+                &case("rtv225.toml", |s| s.gripper.hand.damping_ms += 1.0),
+                &settings,
+                20.0,
+            ),
+        ];
+        for (n, name) in names.iter().enumerate() {
+            assert_eq!(names.iter().position(|other| other == name), Some(n));
+        }
+        assert_eq!(
+            names[0],
+            name(PHYSICS, &case("rtv225.toml", |_| ()), &settings, 20.0)
+        );
+    }
 }

@@ -1,9 +1,10 @@
 //! The published numbers, from what was measured.
 
+use report::json::round;
 use serde::Serialize;
+use sim::scenario::ObjectKind;
 
 use crate::case::{KNOWLEDGE, Knowledge, ORIGINS, Origin};
-
 use crate::cycle::Activity;
 use crate::evaluation::Evaluation;
 use crate::options::{NOISE_UE, Options};
@@ -11,8 +12,6 @@ use crate::roc::{Curve, Point};
 use crate::statistics::{poisson_upper_95, quantile};
 use crate::tally::{Count, Tally};
 use crate::trial::{Report, Trial, Verdict};
-use report::json::round;
-use sim::scenario::ObjectKind;
 
 /// A slip must be warned of before the object has moved this far, mm.
 pub const WARN_MM: f64 = 15.0;

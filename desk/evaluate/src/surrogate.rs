@@ -1,14 +1,14 @@
 //! The fast gripper: air, free bend, plateau and the identified model instead of rigid bodies.
 
 use rand::Rng;
+use sim::air::{Lag, Swing, Valve};
+use sim::gripper::Gripper;
 use softgrip::table::FingerTable;
 use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
 
 use crate::identified_model::{Held, IdentifiedModel};
 use crate::sensor_model::SensorModel;
-use sim::air::{Lag, Swing, Valve};
-use sim::gripper::Gripper;
 
 /// A finger presses on the object when its residual is beyond this, µε.
 const TOUCH_UE: f64 = 500.0;

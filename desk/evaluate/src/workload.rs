@@ -2,6 +2,9 @@
 
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
+use sim::gripper::Gripper;
+use sim::run;
+use sim::setup::Setup;
 use softgrip::table::FingerTable;
 use softgrip::telemetry::Event;
 use softgrip::units::{DacCode, Instant, Kilopascals};
@@ -14,9 +17,6 @@ use crate::identified_model::IdentifiedModel;
 use crate::options::Options;
 use crate::surrogate::{Gauge, Surrogate};
 use crate::tally::{Alarm, Tally};
-use sim::gripper::Gripper;
-use sim::run;
-use sim::setup::Setup;
 
 /// Number of the random stream.
 const STREAM: u64 = 16;
