@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use crate::style::{ALARM, FAINT, INK, PALETTE, QUIET};
@@ -116,9 +117,9 @@ fn draw_on(
     Ok(())
 }
 
+type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
 fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel) -> Result<(), Error> {
-    let (left, right) = (panel.x.start, panel.x.end);
-    let (low, high) = (panel.y.start, panel.y.end);
     let mut chart = ChartBuilder::on(area)
         .caption(&panel.title, ("sans-serif", 15).into_font().color(&INK))
         .margin_right(14)
@@ -126,16 +127,7 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel) -> Result<()
         .x_label_area_size(34)
         .y_label_area_size(52)
         .build_cartesian_2d(panel.x.clone(), panel.y.clone())?;
-    for (n, (name, from, to)) in panel.stages.iter().enumerate() {
-        if n % 2 == 1 {
-            let corners = [(*from, low), (to.min(right), high)];
-            // Of the house's colours, so that it turns dark with the rest.
-            chart.draw_series([Rectangle::new(corners, FAINT.mix(0.45).filled())])?;
-        }
-        let style = ("sans-serif", 12).into_font().color(&QUIET);
-        let place = (from + 0.01 * (right - left), low + 0.98 * (high - low));
-        chart.draw_series([Text::new(*name, place, style)])?;
-    }
+    draw_stages(&mut chart, panel)?;
     chart
         .configure_mesh()
         .x_desc(panel.x_label)
@@ -149,34 +141,7 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel) -> Result<()
         .light_line_style(TRANSPARENT)
         .draw()?;
     for series in &panel.series {
-        let color = series.color;
-        let points = series.points.iter().copied();
-        let drawn = match series.look {
-            Look::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?,
-            Look::Dashed => {
-                let dashes = DashedLineSeries::new(points, 6, 4, color.stroke_width(2));
-                chart.draw_series(dashes)?
-            }
-            Look::Dots => chart.draw_series(points.map(|at| Circle::new(at, 4, color.filled())))?,
-            Look::Rings => {
-                let ring = color.stroke_width(2);
-                chart.draw_series(points.map(|at| Circle::new(at, 5, ring)))?
-            }
-        };
-        if !series.name.is_empty() {
-            let look = series.look;
-            drawn.label(&series.name).legend(move |(x, y)| {
-                let line = |from, to| {
-                    PathElement::new([(x + from, y), (x + to, y)], color.stroke_width(2)).into_dyn()
-                };
-                match look {
-                    Look::Line => line(0, 16),
-                    Look::Dashed => line(2, 8),
-                    Look::Dots => Circle::new((x + 8, y), 4, color.filled()).into_dyn(),
-                    Look::Rings => Circle::new((x + 8, y), 4, color.stroke_width(2)).into_dyn(),
-                }
-            });
-        }
+        draw_line(&mut chart, series)?;
     }
     if let Some(position) = panel.legend.clone() {
         chart
@@ -184,6 +149,56 @@ fn draw_panel(area: &DrawingArea<SVGBackend, Shift>, panel: &Panel) -> Result<()
             .position(position)
             .label_font(("sans-serif", 12).into_font().color(&INK))
             .draw()?;
+    }
+    Ok(())
+}
+
+/// Shades every other stage, and names all of them.
+fn draw_stages(chart: &mut Chart<'_>, panel: &Panel) -> Result<(), Error> {
+    let (left, right) = (panel.x.start, panel.x.end);
+    let (low, high) = (panel.y.start, panel.y.end);
+    for (n, (name, from, to)) in panel.stages.iter().enumerate() {
+        if n % 2 == 1 {
+            let corners = [(*from, low), (to.min(right), high)];
+            // Of the house's colours, so that it turns dark with the rest.
+            chart.draw_series([Rectangle::new(corners, FAINT.mix(0.45).filled())])?;
+        }
+        let style = ("sans-serif", 12).into_font().color(&QUIET);
+        let place = (from + 0.01 * (right - left), low + 0.98 * (high - low));
+        chart.draw_series([Text::new(*name, place, style)])?;
+    }
+    Ok(())
+}
+
+/// Draws one series and tells the legend about it.
+fn draw_line(chart: &mut Chart<'_>, series: &Series) -> Result<(), Error> {
+    let color = series.color;
+    let points = series.points.iter().copied();
+    let drawn = match series.look {
+        Look::Line => chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?,
+        Look::Dashed => {
+            let dashes = DashedLineSeries::new(points, 6, 4, color.stroke_width(2));
+            chart.draw_series(dashes)?
+        }
+        Look::Dots => chart.draw_series(points.map(|at| Circle::new(at, 4, color.filled())))?,
+        Look::Rings => {
+            let ring = color.stroke_width(2);
+            chart.draw_series(points.map(|at| Circle::new(at, 5, ring)))?
+        }
+    };
+    if !series.name.is_empty() {
+        let look = series.look;
+        drawn.label(&series.name).legend(move |(x, y)| {
+            let line = |from, to| {
+                PathElement::new([(x + from, y), (x + to, y)], color.stroke_width(2)).into_dyn()
+            };
+            match look {
+                Look::Line => line(0, 16),
+                Look::Dashed => line(2, 8),
+                Look::Dots => Circle::new((x + 8, y), 4, color.filled()).into_dyn(),
+                Look::Rings => Circle::new((x + 8, y), 4, color.stroke_width(2)).into_dyn(),
+            }
+        });
     }
     Ok(())
 }

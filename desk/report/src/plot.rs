@@ -1,12 +1,15 @@
 //! The picture of a grasp: residuals, pressure and the object's place over time, with what happened.
 
+use std::ops::Range;
+
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use sim::arm::Phase;
+use sim::run::{Run, Sample};
 use softgrip::telemetry::Event;
 
 use crate::style::{ALARM, FAINT, INK, PALETTE, QUIET};
-use sim::arm::Phase;
-use sim::run::{Run, Sample};
 
 const PANEL_WIDTH: u32 = 620;
 const HEIGHT: u32 = 760;
@@ -96,38 +99,24 @@ struct Line {
 /// What a line shows; none leaves a gap.
 type Value = dyn Fn(&Sample) -> Option<f64>;
 
-fn panel(
-    area: &DrawingArea<SVGBackend, Shift>,
+type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+fn panel<'a>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
     run: &Run,
     label: &str,
-    range: std::ops::Range<f64>,
+    range: Range<f64>,
     lines: Vec<Line>,
     words: bool,
 ) -> Result<(), Error> {
     let end_s = run.samples.last().map_or(1.0, |sample| sample.truth.t_s);
-    let (low, high) = (range.start, range.end);
     let mut chart = ChartBuilder::on(area)
         .margin_right(14)
         .margin_top(4)
         .x_label_area_size(30)
         .y_label_area_size(52)
-        .build_cartesian_2d(0.0..end_s, range)?;
-    for (phase, from, to) in phases(run) {
-        if matches!(phase, Phase::Lift | Phase::Place) {
-            let shade = Rectangle::new([(from, low), (to, high)], RGBColor(244, 246, 249).filled());
-            chart.draw_series([shade])?;
-        }
-        if words {
-            let style = ("sans-serif", 12).into_font().color(&QUIET);
-            let y = low + 0.015 * (high - low);
-            let y = y + 0.035 * (high - low);
-            chart.draw_series([Text::new(
-                format!("{phase:?}").to_lowercase(),
-                (from + 0.01 * end_s, y),
-                style,
-            )])?;
-        }
-    }
+        .build_cartesian_2d(0.0..end_s, range.clone())?;
+    draw_phases(&mut chart, run, &range, end_s, words)?;
     chart
         .configure_mesh()
         .x_desc("s")
@@ -149,6 +138,57 @@ fn panel(
             .label(&line.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(2)));
     }
+    draw_marks(&mut chart, run, &range, end_s, words)?;
+    if lines.len() > 1 {
+        let legend_y = if words { 190 } else { 45 };
+        chart
+            .configure_series_labels()
+            // Below the plateau, where no line ever is.
+            .position(SeriesLabelPosition::Coordinate(160, legend_y))
+            .background_style(WHITE.mix(0.85))
+            .label_font(("sans-serif", 12).into_font().color(&INK))
+            .draw()?;
+    }
+    Ok(())
+}
+
+/// Shades the phases in which the arm lifts or sets down; with `words`, names all of them.
+fn draw_phases(
+    chart: &mut Chart<'_>,
+    run: &Run,
+    range: &Range<f64>,
+    end_s: f64,
+    words: bool,
+) -> Result<(), Error> {
+    let (low, high) = (range.start, range.end);
+    for (phase, from, to) in phases(run) {
+        if matches!(phase, Phase::Lift | Phase::Place) {
+            let shade = Rectangle::new([(from, low), (to, high)], RGBColor(244, 246, 249).filled());
+            chart.draw_series([shade])?;
+        }
+        if words {
+            let style = ("sans-serif", 12).into_font().color(&QUIET);
+            let y = low + 0.015 * (high - low);
+            let y = y + 0.035 * (high - low);
+            chart.draw_series([Text::new(
+                format!("{phase:?}").to_lowercase(),
+                (from + 0.01 * end_s, y),
+                style,
+            )])?;
+        }
+    }
+    Ok(())
+}
+
+/// Draws a line across for everything worth one; with `words`, says what it was.
+fn draw_marks(
+    chart: &mut Chart<'_>,
+    run: &Run,
+    range: &Range<f64>,
+    end_s: f64,
+    words: bool,
+) -> Result<(), Error> {
+    let (low, high) = (range.start, range.end);
     for (row, (t_s, color, text)) in marks(run).into_iter().enumerate() {
         chart.draw_series([PathElement::new(
             [(t_s, low), (t_s, high)],
@@ -160,16 +200,6 @@ fn panel(
             let style = ("sans-serif", 13).into_font().color(&color);
             chart.draw_series([Text::new(text, (t_s + 0.008 * end_s, y), style)])?;
         }
-    }
-    if lines.len() > 1 {
-        let legend_y = if words { 190 } else { 45 };
-        chart
-            .configure_series_labels()
-            // Below the plateau, where no line ever is.
-            .position(SeriesLabelPosition::Coordinate(160, legend_y))
-            .background_style(WHITE.mix(0.85))
-            .label_font(("sans-serif", 12).into_font().color(&INK))
-            .draw()?;
     }
     Ok(())
 }

@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use finger::capability::Object;
 use finger::chain::Chain;
-use softgrip::telemetry::Event;
-
-use crate::charts;
 use sim::arm::Phase;
 use sim::run::{Outcome, Pose, Run};
 use sim::scenario::ObjectKind;
+use softgrip::telemetry::Event;
+
+use crate::charts;
 
 /// Width and height of a picture, pixels, and pixels per metre.
 const SIZE: (f64, f64) = (200.0, 200.0);

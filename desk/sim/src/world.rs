@@ -8,9 +8,10 @@ mod parts;
 pub use parts::{FINGERS, Finger, LINKS, Shape, WorldConfig};
 
 use finger::capability::GRAVITY_M_S2;
+use rapier3d_f64::prelude::*;
+
 use friction::Friction;
 use parts::Link;
-use rapier3d_f64::prelude::*;
 
 /// The place of a revolute joint's angle among rapier's six joint coordinates.
 const ANGLE: usize = 3;

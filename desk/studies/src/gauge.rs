@@ -8,13 +8,13 @@ pub mod record;
 use std::fmt::Write;
 
 use finger::chain::{Chain, LINKS};
+use report::json::round;
 use serde_json::{Value, json};
+use sim::scenario::ObjectKind;
+use sim::setup::Setup;
 
 use judge::{Floor, Seen, Span, judge, quantile};
 use record::{Grasps, HELD_ACCELS_M_S2, Wanted, grasps};
-use report::json::round;
-use sim::scenario::ObjectKind;
-use sim::setup::Setup;
 
 /// Spans begin and end on multiples of this, m.
 const GRID_M: f64 = 0.005;

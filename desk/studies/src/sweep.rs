@@ -12,11 +12,11 @@ pub mod spec;
 
 use anyhow::Context;
 use rayon::prelude::*;
+use sim::run::Run;
+use sim::setup::Setup;
 
 use results::Results;
 use shard::Shard;
-use sim::run::Run;
-use sim::setup::Setup;
 use spec::Spec;
 
 /// Runs that are in memory at a time, and at most lost to a kill.

@@ -1,7 +1,8 @@
 //! What the world is made of: the description of gripper and object, and the bodies built from it.
 
-use rapier3d_f64::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, TAU};
+
+use rapier3d_f64::prelude::*;
 
 /// Fingers of the gripper.
 pub const FINGERS: usize = 3;

@@ -1,10 +1,10 @@
 //! The spans as a picture: a column for each object.
 
 use plotters::prelude::SeriesLabelPosition;
+use report::charts::{self, Look, Panel, Series};
 
 use super::judge::{Seen, quantile};
 use super::{Judged, OBJECTS, Study};
-use report::charts::{self, Look, Panel, Series};
 
 /// Lengths that are drawn, mm.
 const LENGTHS_MM: [f64; 4] = [15.0, 30.0, 45.0, 60.0];

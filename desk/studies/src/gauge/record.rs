@@ -6,13 +6,12 @@ use finger::chain::LINKS;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use softgrip::frontend::FrontEnd;
-use softgrip::units::{DacCode, Kilopascals};
-
 use sim::arm::Phase;
 use sim::plant::Plant;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
+use softgrip::frontend::FrontEnd;
+use softgrip::units::{DacCode, Kilopascals};
 
 /// The object is gone once it has moved this far against the palm, m.
 const GONE_M: f64 = 0.020;

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use finger::recipe::Recipe;
+use report::files;
 use serde::{Deserialize, Serialize};
 
 use super::columns::{Column, Kind, columns};
 use super::shard::Shard;
 use super::spec::Spec;
-use report::files;
 
 /// What is swept.
 const ABOUT: &str = "sweep.json";

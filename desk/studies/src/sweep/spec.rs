@@ -6,7 +6,6 @@ use anyhow::{Context, bail, ensure};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
-
 use sim::setup::{self, Value};
 
 /// More runs than this are a slip of the pen: a week on two processors.
