@@ -118,7 +118,7 @@ impl Loop {
     }
 }
 
-/// A whole run: as the twin tells it, and as the image does.
+/// A whole run: as the simulator tells it, and as the image does.
 pub struct Closed {
     /// The run with the image's verdicts.
     pub run: Run,

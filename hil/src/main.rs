@@ -1,4 +1,5 @@
-//! The firmware's image on an emulated microcontroller, closed with the simulated gripper.
+//! The firmware's image on an emulated microcontroller, closed with the simulated gripper, and what must hold
+//! of it; nothing that could be found out without the image may be in it.
 //!
 //! ```text
 //! image ─► bench (board, chip, host at the debug port) ◄─ millisecond by millisecond ─► sim::plant

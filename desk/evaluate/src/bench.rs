@@ -1,4 +1,4 @@
-//! The twin's fingers and an object on an arm that goes where it is told.
+//! The simulated fingers and an object on an arm that goes where it is told: the plant of an identification.
 
 use finger::chain::Chain;
 use sim::plant::world_config;

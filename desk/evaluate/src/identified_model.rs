@@ -1,7 +1,7 @@
-//! How a firmly held object answers to the arm's acceleration: identified on the twin, then run by the
-//! fast generator.
+//! The identified model of a firmly held object: how its residuals answer to the arm's acceleration,
+//! identified on the simulated gripper, then run by the surrogate.
 //!
-//! On the twin the answer is overdamped and almost linear: silicone damps more than the object's mass
+//! There the answer is overdamped and almost linear: silicone damps more than the object's mass
 //! can swing. Each finger's residual answers alike to acceleration along the fingers, and to
 //! acceleration across them by its cosine with the finger's direction. Two difference equations of second
 //! order, fitted by least squares to a run under broadband acceleration, are most of it. The rest is that
@@ -23,7 +23,7 @@ use crate::slide::{Slide, Slider};
 const EXCITATION_M_S2: f64 = 0.5;
 /// Length of that run, s.
 const EXCITED_S: f64 = 3.0;
-/// An object in the grip.
+/// The model of an object in the grip.
 #[derive(Debug, Clone)]
 pub struct IdentifiedModel {
     /// Pressure at which it was identified, kPa.

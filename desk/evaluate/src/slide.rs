@@ -1,4 +1,4 @@
-//! How an object gives way sideways under stops and bumps, fitted to a run of knocks on the twin.
+//! How an object gives way sideways under stops and bumps, fitted to a run of knocks on the simulated gripper.
 
 use std::f64::consts::TAU;
 

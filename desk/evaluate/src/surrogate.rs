@@ -1,4 +1,5 @@
-//! The fast gripper: air, free bend, plateau and the identified model instead of rigid bodies.
+//! The surrogate of the simulated gripper: air, free bend, plateau and the identified model instead of rigid
+//! bodies.
 
 use rand::Rng;
 use sim::air::{Lag, Swing, Valve};

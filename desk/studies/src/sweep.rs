@@ -1,4 +1,4 @@
-//! Many runs over any parameters of the twin: a grid, or a random sample.
+//! Many runs over any parameters of the simulated gripper: a grid, or a random sample.
 //!
 //! A sweep's directory holds `sweep.json`, which says what is swept, and `results.csv`, which grows in
 //! the order of the runs. So whatever is in it when a sweep is killed is finished, and a sweep that is

@@ -42,7 +42,7 @@ pub const TESTS: [Test; 6] = [
     },
 ];
 
-/// The image's pins go through one more converter than the twin's, and its tick is later.
+/// The image's pins go through one more converter than the simulator's, and its tick is later.
 const LATENCY_MORE_MS: f64 = 1.0;
 
 fn scenario(object: ObjectKind, mass_kg: f64, accel_m_s2: f64) -> Scenario {
