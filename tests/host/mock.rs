@@ -182,7 +182,11 @@ impl MockBoard {
         self.pressure_kpa += (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / 60.0;
         self.inflated_kpa += (self.pressure_kpa - self.inflated_kpa) / 80.0;
         let [bend, rate] = &mut self.bend;
-        *rate += 1e-3 * (1_369.0 * (self.inflated_kpa - *bend) - 33.3 * *rate);
+        // The free finger's swing, as in `desk/sim/src/air.rs`: rad/s, and damping ratio.
+        const OMEGA: f32 = 37.0;
+        const DAMPING: f32 = 0.45;
+        let spring = OMEGA * OMEGA * (self.inflated_kpa - *bend);
+        *rate += 1e-3 * (spring - 2.0 * DAMPING * OMEGA * *rate);
         *bend += 1e-3 * *rate;
     }
 

@@ -9,7 +9,7 @@ use finger::recipe::Recipe;
 use report::files;
 use serde::{Deserialize, Serialize};
 
-use super::columns::{Column, Kind, columns};
+use super::columns::{Column, columns};
 use super::shard::Shard;
 use super::spec::Spec;
 
