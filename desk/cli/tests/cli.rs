@@ -109,7 +109,17 @@ fn a_burst_tube_is_an_air_loss_and_never_a_lost_object() {
         assert_eq!(count(&run, "air_loss"), 1, "{run}");
         assert_eq!(count(&run, "lost"), 0, "{run}");
     }
-    let output = softgrip(&["sim", "--fault", "stop@2s..2.5s", "--fault", "leak@3s"]);
+    let dir = temporary();
+    let out = dir.path().to_str().expect("a path in UTF-8");
+    let output = softgrip(&[
+        "sim",
+        "--fault",
+        "stop@2s..2.5s",
+        "--fault",
+        "leak@3s",
+        "--out",
+        out,
+    ]);
     let text = String::from_utf8_lossy(&output.stdout);
     for line in ["stop begins", "stop ends", "leak begins"] {
         assert!(text.contains(line), "{text}");

@@ -126,6 +126,14 @@ fn the_report_is_one_page_with_all_figures_and_tells_robust_outcomes_from_edge_c
             "{figure}"
         );
     }
+    // Held and as without the change; lost where it was held; and never two classes that shut each other out.
+    for cell in ["<td class=\"hold\" title", "<td class=\"pick other\" title"] {
+        assert!(page.contains(cell), "{cell}");
+    }
+    let tags = page.split('<').filter_map(|tag| tag.split('>').next());
+    for tag in tags {
+        assert!(tag.matches(" class=").count() <= 1, "{tag}");
+    }
     for outside in ["<script", "src=", "href=", "url(", "@import"] {
         assert!(!page.contains(outside), "{outside}");
     }

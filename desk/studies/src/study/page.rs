@@ -232,7 +232,7 @@ fn cell(outcome: Outcome, reference: Outcome, wrong: bool) -> Markup {
         Outcome::Transfer => "t",
     };
     html! {
-        td.other[outcome != reference] class=(outcome.name()) title=(outcome.name()) {
+        td class={ (outcome.name()) @if outcome != reference { " other" } } title=(outcome.name()) {
             (letter) @if wrong { "!" }
         }
     }
