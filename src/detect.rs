@@ -197,6 +197,8 @@ struct Hold {
 #[derive(Debug, Clone, Copy)]
 pub struct Detector {
     plateau: [f32; FINGERS],
+    /// Strain of a free finger, averaged like the plateau.
+    free: f32,
     hold: Option<Hold>,
     air_ticks: u16,
     plateau_gain: f32,
@@ -213,6 +215,7 @@ impl Detector {
         let level_gain = lag_gain(LEVEL_MS);
         Self {
             plateau: [0.0; FINGERS],
+            free: 0.0,
             hold: None,
             air_ticks: 0,
             plateau_gain: lag_gain(PLATEAU_MS),
@@ -244,6 +247,7 @@ impl Detector {
                 *plateau += self.plateau_gain * (residual.0 - *plateau);
             }
         }
+        self.free += self.plateau_gain * (contact.free.0 - self.free);
         let Some(Watch {
             motion,
             pressure_changes,
@@ -270,7 +274,7 @@ impl Detector {
             since: now,
             plateau: self.plateau,
             lately: self.plateau,
-            free: contact.free,
+            free: Microstrain(self.free),
             level: 1.0,
             rate: 0.0,
             recent: 1.0,

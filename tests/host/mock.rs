@@ -44,6 +44,8 @@ pub struct MockBoard {
     pub valve_stuck: bool,
     /// The valve gives this pressure, whatever it is told.
     pub valve_forced_kpa: Option<f32>,
+    /// Time constant of the air behind the valve, ms.
+    pub valve_lag_ms: f32,
     /// The monitor's wire carries this code instead of its signal.
     pub monitor_wire: Option<AdcCode>,
     /// The converter delivers nothing.
@@ -77,6 +79,7 @@ impl MockBoard {
             leak_kpa: f32::MAX,
             valve_stuck: false,
             valve_forced_kpa: None,
+            valve_lag_ms: 60.0,
             monitor_wire: None,
             late: false,
             overrun: false,
@@ -179,7 +182,8 @@ impl MockBoard {
                 .valve_forced_kpa
                 .unwrap_or_else(|| self.commanded_kpa());
         }
-        self.pressure_kpa += (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / 60.0;
+        self.pressure_kpa +=
+            (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / self.valve_lag_ms;
         self.inflated_kpa += (self.pressure_kpa - self.inflated_kpa) / 80.0;
         let [bend, rate] = &mut self.bend;
         *rate += 1e-3 * (1_369.0 * (self.inflated_kpa - *bend) - 33.3 * *rate);
