@@ -1,6 +1,5 @@
 //! What the robot wants, and why it may not get it.
 
-use crate::fault::Fault;
 use crate::settings::Active;
 use crate::table::{FingerTable, ObjectKind, Range};
 use crate::units::{Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Newtons};
@@ -46,6 +45,9 @@ pub struct Payload {
 /// Standard gravity, m/s².
 const GRAVITY: f32 = 9.806_65;
 
+/// A margin is taken of no less than this, so that it stays a number: the weight of 0.1 g.
+const LEAST_LOAD_N: f32 = 1e-3;
+
 impl Payload {
     /// What the fingers must lift: `m (g + a)` (paper, eq. 35, corrected).
     pub fn load(&self) -> Newtons {
@@ -55,7 +57,7 @@ impl Payload {
     /// Lift at `pressure` beyond the load, as a share of the load.
     pub fn margin(&self, table: &FingerTable, pressure: Kilopascals) -> f32 {
         let (lift, _) = table.lift(self.kind, pressure);
-        lift.0 / self.load().0 - 1.0
+        lift.0 / self.load().0.max(LEAST_LOAD_N) - 1.0
     }
 
     /// The lowest pressure that lifts the payload with the margin, or why there is none.
@@ -127,8 +129,6 @@ pub enum Refusal {
     NotIdle,
     /// A tare did not give new offsets.
     TareRejected(TareFault),
-    /// What is latched has a cause that is still there.
-    CauseRemains(Fault),
 }
 
 /// Why a tare did not give new offsets, judged over its whole length.

@@ -104,6 +104,9 @@ const NOISY_UE: f32 = 1_200.0;
 /// Averaging time of noise that comes suddenly, ms: long enough not to take 400 µε for `NOISY_UE`, short
 /// enough for 20 ms.
 const BURST_MS: f32 = 8.0;
+/// Noise has suddenly grown when it exceeds its usual variance by this: the average over a burst's time
+/// varies by two thirds, and 4 lies beyond all that it does by itself.
+const OUTBREAK: f32 = 4.0;
 /// Fastest believable fall of the pressure in one tick, as a share: a hose that bursts at the gripper empties
 /// it with a time constant of some 10 ms, and a wire that comes off lets the input's 3 ms filter empty.
 const MONITOR_FALL: f32 = 0.2;
@@ -123,8 +126,14 @@ struct Channel {
     lively: f32,
     difference_variance: f32,
     burst_variance: f32,
+    /// Of noise alone, averaged like a burst: from second differences, which a strain that moves does not
+    /// have.
+    jitter_variance: f32,
+    last_difference: f32,
     suspect: Option<(GaugeFault, u16)>,
     failed: Option<GaugeFault>,
+    /// The failure has been acknowledged, and ends with its cause.
+    acknowledged: bool,
 }
 
 /// The pressure monitor's memory.
@@ -162,8 +171,11 @@ impl Conditioner {
             lively: 0.0,
             difference_variance: 0.0,
             burst_variance: 0.0,
+            jitter_variance: 0.0,
+            last_difference: 0.0,
             suspect: None,
             failed: None,
+            acknowledged: false,
         };
         Self {
             channels: [channel; FINGERS],
@@ -223,19 +235,25 @@ impl Conditioner {
         }
     }
 
-    /// Forgets the failures of gauges that work again. What is still wrong stays failed, and no clock
-    /// starts again: whoever acknowledges all the time must not hide a fault.
+    /// Somebody has seen which gauges have failed: each failure ends with its cause, now or later. No clock
+    /// starts again.
     pub fn acknowledge(&mut self) {
         for channel in &mut self.channels {
-            if channel.suspect.is_none() {
-                channel.failed = None;
-            }
+            channel.acknowledged = channel.failed.is_some();
         }
     }
 
-    /// Variance of each gauge's noise, µε², from the differences of successive readings.
+    /// Variance of each gauge's noise, µε², from the differences of successive readings; of the last few
+    /// ticks alone where it has suddenly grown.
     pub fn noise_variance(&self) -> [f32; FINGERS] {
-        core::array::from_fn(|i| 0.5 * self.channels[i].difference_variance)
+        core::array::from_fn(|i| {
+            let channel = &self.channels[i];
+            let usual = 0.5 * channel.difference_variance;
+            match channel.jitter_variance > OUTBREAK * usual {
+                true => channel.jitter_variance,
+                false => usual,
+            }
+        })
     }
 }
 
@@ -311,6 +329,10 @@ impl Channel {
             (Some(fault), Some((_, ticks))) => Some((fault, ticks.saturating_add(1))),
             (Some(fault), None) => Some((fault, 1)),
         };
+        if self.acknowledged && self.suspect.is_none() {
+            self.failed = None;
+            self.acknowledged = false;
+        }
         if let Some(fault) = self.failed {
             // A jump is from where the gauge is now, so that one that stays where it has jumped to is good.
             self.last_valid = Some(raw);
@@ -328,6 +350,7 @@ impl Channel {
             return Gauge::Missing;
         }
         self.failed = Some(fault);
+        self.acknowledged = false;
         Gauge::Failed(fault)
     }
 
@@ -361,8 +384,13 @@ impl Channel {
         let Some(last) = self.last_valid else {
             return;
         };
-        let square = (strain - last) * (strain - last);
+        let difference = strain - last;
+        let square = difference * difference;
         self.difference_variance += gains.statistics * (square - self.difference_variance);
+        let second = difference - self.last_difference;
+        self.last_difference = difference;
+        // White noise of variance σ² has second differences of variance 6σ².
+        self.jitter_variance += gains.burst * (second * second / 6.0 - self.jitter_variance);
         self.measure_burst(square, gains);
     }
 
@@ -600,14 +628,19 @@ mod tests {
         let mut conditioner = Conditioner::new();
         let found = fails(&mut conditioner, 5, |_| 0.0, |_| open);
         assert_eq!(found, Some((3, GaugeFault::Open)));
-        conditioner.acknowledge();
-        let reading = step(&mut conditioner, &open, 0.0);
-        assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));
         // Repaired, it stays failed until somebody has seen it.
         let good = frame([0.0; 3]);
         let reading = step(&mut conditioner, &good, 0.0);
         assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));
         conditioner.acknowledge();
+        let reading = step(&mut conditioner, &good, 0.0);
+        assert!(matches!(reading.gauges[0], Gauge::Valid(_)));
+        // Acknowledged while it is still broken, it comes back when it is repaired.
+        let found = fails(&mut conditioner, 5, |_| 0.0, |_| open);
+        assert_eq!(found, Some((3, GaugeFault::Open)));
+        conditioner.acknowledge();
+        let reading = step(&mut conditioner, &open, 0.0);
+        assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));
         let reading = step(&mut conditioner, &good, 0.0);
         assert!(matches!(reading.gauges[0], Gauge::Valid(_)));
     }

@@ -4,6 +4,7 @@ use crate::command::{Answer, Command, Motion};
 use crate::condition::{Conditioner, Expected, Gauge, Monitor, RawFrame, Reading};
 use crate::detect::{Detector, Watch};
 use crate::estimate::{Contact, Estimator};
+use crate::event::Events;
 use crate::fault::Fault;
 use crate::grasp::{Situation, State, Supervisor};
 use crate::interlock::interlock;
@@ -11,8 +12,8 @@ use crate::math::root;
 use crate::regulate::Regulator;
 use crate::settings::Active;
 use crate::table::FingerTable;
-use crate::telemetry::{Events, Indicators, Snapshot};
-use crate::units::{DacCode, Instant, Microstrain};
+use crate::telemetry::{Indicators, Snapshot};
+use crate::units::{DacCode, Instant, Kilopascals, Microstrain};
 use crate::zero::Zero;
 
 /// What one tick puts out.
@@ -102,7 +103,7 @@ impl Controller {
         let air = self.regulator.observe(now, reading.monitor);
         let watch = before.is_holding().then_some(Watch {
             motion: self.motion,
-            pressure_changes: matches!(before, State::Closing { .. }),
+            pressure_changes: matches!(before, State::Closing { reached: None, .. }),
         });
         let noise = self.conditioner.noise_variance();
         let verdict = self
@@ -127,7 +128,12 @@ impl Controller {
         }
 
         let state = self.supervisor.state();
-        let pressure = self.regulator.step(state.target(), active);
+        let pressure = if state.is_vented() {
+            self.regulator.vent(active);
+            Kilopascals(0.0)
+        } else {
+            self.regulator.step(state.target(), active)
+        };
         let dac = interlock(pressure, &state, reading.monitor, active);
         Outputs {
             dac,

@@ -22,8 +22,9 @@ use crate::FINGERS;
 use crate::command::Motion;
 use crate::estimate::Contact;
 use crate::math::{lag_gain, root};
+use crate::regulate::Air;
 use crate::settings::Active;
-use crate::units::{Instant, Kilopascals, Microstrain};
+use crate::units::{Instant, Microstrain};
 
 /// What the detector makes of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,13 +75,26 @@ pub struct Watch {
     pub pressure_changes: bool,
 }
 
-/// What the regulator knows that bears on the verdict.
+/// A latched loss.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Air {
-    /// Measured pressure, where there is a measurement.
-    pub measured: Option<Kilopascals>,
-    /// What the commands so far should have given.
-    pub expected: Kilopascals,
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Loss {
+    /// When the collapse began, as estimated.
+    pub onset: Instant,
+    /// When it was reported.
+    pub flagged: Instant,
+    /// How it showed.
+    pub cause: LossCause,
+    /// How far each finger's residual had fallen when it was reported, as a share of its plateau; none
+    /// without a usable gauge.
+    pub evidence: [Option<f32>; FINGERS],
+}
+
+impl Loss {
+    /// From the onset to the report, µs.
+    pub fn latency_us(&self) -> u64 {
+        self.flagged.micros_since(self.onset)
+    }
 }
 
 /// Averaging of each residual into the plateau that a hold starts from: short against `settle_ms`,
@@ -115,6 +129,9 @@ const FINGER_SIGMAS: f32 = 2.0;
 const LATELY_MS: f32 = 1_000.0;
 /// An object that turns in the grip lets the other fingers pass through their plateau on the way.
 const FELT_TICKS: u16 = 50;
+/// A gauge that was away for longer than a spike comes back as a new start of its finger: it may have been
+/// repaired, and the object may have been turned meanwhile.
+const AWAY_TICKS: u8 = 3;
 /// The pressure must be missing this long to be an air loss: ripple is shorter, and 50 ms are allowed.
 const AIR_TICKS: u16 = 20;
 /// `ln` of the mean ticks between false alarms on pure noise: 10¹² ticks are 32 years at 1 kHz.
@@ -199,6 +216,8 @@ pub struct Detector {
     plateau: [f32; FINGERS],
     /// Strain of a free finger, averaged like the plateau.
     free: f32,
+    /// Ticks since each gauge was usable.
+    away: [u8; FINGERS],
     hold: Option<Hold>,
     air_ticks: u16,
     plateau_gain: f32,
@@ -216,6 +235,7 @@ impl Detector {
         Self {
             plateau: [0.0; FINGERS],
             free: 0.0,
+            away: [0; FINGERS],
             hold: None,
             air_ticks: 0,
             plateau_gain: lag_gain(PLATEAU_MS),
@@ -242,9 +262,19 @@ impl Detector {
         watch: Option<Watch>,
         active: &Active,
     ) -> Verdict {
-        for (plateau, residual) in self.plateau.iter_mut().zip(contact.residual) {
-            if let Some(residual) = residual {
-                *plateau += self.plateau_gain * (residual.0 - *plateau);
+        for (i, residual) in contact.residual.iter().enumerate() {
+            let Some(residual) = residual else {
+                self.away[i] = self.away[i].saturating_add(1);
+                continue;
+            };
+            let plateau = &mut self.plateau[i];
+            *plateau += self.plateau_gain * (residual.0 - *plateau);
+            if core::mem::take(&mut self.away[i]) >= AWAY_TICKS {
+                *plateau = residual.0;
+                if let Some(hold) = &mut self.hold {
+                    hold.plateau[i] = residual.0;
+                    hold.lately[i] = residual.0;
+                }
             }
         }
         self.free += self.plateau_gain * (contact.free.0 - self.free);
@@ -313,8 +343,9 @@ impl Detector {
         hold.level += self.level_gain * (shares.sum - hold.level);
         hold.rate += self.level_gain * ((hold.level - before) * TICKS_PER_S - hold.rate);
         hold.least += self.level_gain * (shares.emptiest - hold.least);
-        // A higher pressure presses the fingers on, and is no way past the tips.
-        hold.passed = !hold.outdated && (hold.least > PASSED || hold.passed && hold.level > 1.0);
+        // Neither a higher pressure nor an object that is still being put in is a way past the tips.
+        hold.passed =
+            !hold.outdated && !settling && (hold.least > PASSED || hold.passed && hold.level > 1.0);
         let reached = match hold.passed {
             true => hold.level,
             false => hold.level.min(1.0),
@@ -412,7 +443,7 @@ mod tests {
     use crate::frontend::FrontEnd;
     use crate::settings::Settings;
     use crate::table::{FINGER, Range};
-    use crate::units::Degrees;
+    use crate::units::{Degrees, Kilopascals};
     use std::vec::Vec;
 
     const PLATEAU: f32 = 4_000.0;

@@ -14,17 +14,22 @@
 //! *Lost* is latched beside the state: it outlives a release and stands until it is acknowledged.
 //! What a fault leaves in the grip is watched on, where the gauges can still tell.
 
+mod failures;
+mod obey;
+
 use crate::FINGERS;
-use crate::command::{Answer, Command, Grip, Payload, Refusal};
-use crate::condition::{Gauge, Monitor, Reading};
-use crate::detect::{Air, LossCause, Verdict};
+use crate::command::{Answer, Command, Payload, Refusal};
+use crate::condition::Reading;
+use crate::detect::{Loss, LossCause, Verdict};
 use crate::estimate::{Contact, OPEN_KPA};
-use crate::fault::{Fault, SafeOutput};
-use crate::settings::{Active, OnFault, OnLoss};
-use crate::table::{FingerTable, Range};
-use crate::telemetry::{Event, Events};
+use crate::event::{Event, Events};
+use crate::fault::Fault;
+use crate::regulate::Air;
+use crate::settings::{Active, OnLoss};
+use crate::table::FingerTable;
 use crate::units::{Instant, Kilopascals};
 use crate::zero::TareResult;
+use obey::Asked;
 
 /// Where the gripper is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,6 +100,11 @@ impl State {
         }
     }
 
+    /// Whether nothing but zero may be commanded: a fault that has let the air out.
+    pub fn is_vented(&self) -> bool {
+        matches!(self, Self::Fault { target, .. } if target.0 <= 0.0)
+    }
+
     /// Whether something is held, and the detector is to watch it: also while it is held at another
     /// pressure, and in a fault that leaves it in the grip.
     pub fn is_holding(&self) -> bool {
@@ -107,28 +117,6 @@ impl State {
                 }
                 | Self::Fault { watching: true, .. }
         )
-    }
-}
-
-/// A latched loss.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Loss {
-    /// When the collapse began, as estimated.
-    pub onset: Instant,
-    /// When it was reported.
-    pub flagged: Instant,
-    /// How it showed.
-    pub cause: LossCause,
-    /// How far each finger's residual had fallen when it was reported, as a share of its plateau; none
-    /// without a usable gauge.
-    pub evidence: [Option<f32>; FINGERS],
-}
-
-impl Loss {
-    /// From the onset to the report, µs.
-    pub fn latency_us(&self) -> u64 {
-        self.flagged.micros_since(self.onset)
     }
 }
 
@@ -161,19 +149,6 @@ const REACHED_KPA: f32 = 3.0;
 const DUE_KPA: f32 = 0.5;
 /// A release has ended its hold after this at the latest, even if contact never clears.
 const RELEASE_LIMIT_US: u64 = 1_000_000;
-/// Measured pressure may exceed the limit by this before it is a fault: 2.5 % of full scale.
-const OVER_PRESSURE_KPA: f32 = 5.0;
-/// Ticks without usable data: two are a hiccup.
-const STALE_TICKS: u32 = 5;
-/// The robot's 24 V may come this much later than the board's own supply.
-const POWER_UP_US: u64 = 1_000_000;
-/// Supply must be low this long: 24 V devices ride through gaps of 10 ms (IEC 61131-2).
-const SUPPLY_TICKS: u16 = 20;
-/// A command that comes again within this time, with no other in between, is the same command: drivers
-/// rewrite it up to 100 times a second, and the slowest that are known do once in half a second.
-const REPEAT_US: u64 = 1_000_000;
-/// Set-points this close are the same: a quarter of the regulator's repeatability of ±1 % of 200 kPa.
-const SAME_KPA: f32 = 0.5;
 
 /// The supervisor.
 #[derive(Debug, Clone, Copy)]
@@ -194,14 +169,8 @@ pub struct Supervisor {
     asked: Option<Asked>,
     /// When the last acknowledgement came.
     acknowledged: Option<Instant>,
-}
-
-/// A command that may come again.
-#[derive(Debug, Clone, Copy)]
-struct Asked {
-    command: Command,
-    last: Instant,
-    answer: Answer,
+    /// The latched fault has been acknowledged, and ends with its cause.
+    fault_was_seen: bool,
 }
 
 impl Supervisor {
@@ -227,6 +196,7 @@ impl Supervisor {
             tare_was_due: false,
             asked: None,
             acknowledged: None,
+            fault_was_seen: false,
         }
     }
 
@@ -273,7 +243,7 @@ impl Supervisor {
         self.report_gauges(situation.reading, events);
         self.report_zero(situation, events);
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
-        let seen = matches!(self.state, State::Fault { .. });
+        let latched = matches!(self.state, State::Fault { .. });
         let cause = self.find_fault(now, situation, active);
         if let Some(fault) = cause {
             self.enter_fault(fault, situation.air, active, events);
@@ -282,230 +252,14 @@ impl Supervisor {
         let answer = match command {
             Command::Continue => None,
             Command::Alive | Command::Motion(_) => Some(Answer::Accepted),
-            Command::Acknowledge => {
-                Some(self.acknowledge(now, cause.filter(|_| seen), situation, seen, events))
-            }
+            Command::Acknowledge => Some(self.acknowledge(now, latched, situation.reading, events)),
             Command::Grip(_) | Command::Release | Command::Stop | Command::Tare => {
                 Some(self.obey(now, command, situation, table, active, events))
             }
         };
+        self.leave_fault(now, cause, situation, events);
         self.advance(now, situation, active, events);
         answer
-    }
-
-    /// Carries a command out, unless it is the last one come again.
-    fn obey(
-        &mut self,
-        now: Instant,
-        command: Command,
-        situation: &Situation,
-        table: &FingerTable,
-        active: &Active,
-        events: &mut Events,
-    ) -> Answer {
-        let asked = self.asked.filter(|asked| asked.command.is_same(&command));
-        if let Some(asked) = asked
-            && now.micros_since(asked.last) < REPEAT_US
-            && command != Command::Stop
-        {
-            self.asked = Some(Asked { last: now, ..asked });
-            return match asked.answer {
-                Answer::Refused(_) => asked.answer,
-                Answer::Accepted | Answer::Unchanged => Answer::Unchanged,
-            };
-        }
-        let answer = match command {
-            Command::Grip(grip) => self.grip(grip, asked.is_some(), table, active),
-            Command::Release => self.release(now, situation.contact, events),
-            Command::Stop => {
-                self.enter_fault(Fault::Stopped, situation.air, active, events);
-                Answer::Accepted
-            }
-            Command::Tare if situation.taring => Answer::Unchanged,
-            Command::Tare if self.state == State::Idle => Answer::Accepted,
-            Command::Tare => Answer::Refused(Refusal::NotIdle),
-            Command::Continue | Command::Alive | Command::Motion(_) | Command::Acknowledge => {
-                Answer::Unchanged
-            }
-        };
-        if let Answer::Refused(refusal) = answer {
-            events.add(Event::Refused(refusal));
-        }
-        self.asked = Some(Asked {
-            command,
-            last: now,
-            answer,
-        });
-        answer
-    }
-
-    /// `again`: no other command has come since the last grip like this.
-    fn grip(&mut self, grip: Grip, again: bool, table: &FingerTable, active: &Active) -> Answer {
-        let new = match self.accept_grip(grip, table, active) {
-            Ok(target) => target,
-            Err(refusal) => return Answer::Refused(refusal),
-        };
-        let payload = match grip {
-            Grip::Payload(payload) => Some(payload),
-            Grip::Default | Grip::Pressure(_) | Grip::Bend(_) => None,
-        };
-        let same = (new.0 - self.state.target().0).abs() <= SAME_KPA;
-        let purpose = match self.state {
-            State::Closing { .. } | State::Holding { .. } if same => {
-                let unchanged = payload == self.payload;
-                self.payload = payload;
-                return match unchanged {
-                    true => Answer::Unchanged,
-                    false => Answer::Accepted,
-                };
-            }
-            State::Empty { .. } if same && again => return Answer::Unchanged,
-            State::Closing { purpose, .. } => purpose,
-            State::Holding { .. } => Purpose::Change,
-            State::Idle | State::Empty { .. } | State::Releasing { .. } | State::Fault { .. } => {
-                self.touched = [false; FINGERS];
-                self.regripped = false;
-                Purpose::Grip
-            }
-        };
-        self.payload = payload;
-        self.state = State::Closing {
-            target: new,
-            reached: None,
-            purpose,
-        };
-        Answer::Accepted
-    }
-
-    fn release(&mut self, now: Instant, contact: &Contact, events: &mut Events) -> Answer {
-        let holding = self.state.is_holding();
-        match &mut self.state {
-            // Whoever stops the gripper does not want it to drop what it holds.
-            State::Fault {
-                fault: Fault::Stopped,
-                ..
-            } => Answer::Refused(Refusal::FaultLatched),
-            // Any other fault must not keep the robot from putting down what it holds.
-            State::Fault {
-                target, watching, ..
-            } if target.0 > 0.0 => {
-                *target = Kilopascals(0.0);
-                *watching = false;
-                if holding {
-                    events.add(Event::Released);
-                }
-                Answer::Accepted
-            }
-            State::Idle | State::Releasing { .. } | State::Fault { .. } => Answer::Unchanged,
-            State::Closing { .. } | State::Holding { .. } | State::Empty { .. } => {
-                let touches = contact.touching_count() > 0;
-                let empty = matches!(self.state, State::Empty { .. });
-                self.state = State::Releasing {
-                    since: now,
-                    holding: holding || touches && !empty,
-                };
-                Answer::Accepted
-            }
-        }
-    }
-
-    /// Clears what is latched and has no cause any more. No clock starts again, so whoever acknowledges
-    /// all the time hides nothing. `cause`: what is wrong in this tick; `seen`: a fault was latched before.
-    fn acknowledge(
-        &mut self,
-        now: Instant,
-        cause: Option<Fault>,
-        situation: &Situation,
-        seen: bool,
-        events: &mut Events,
-    ) -> Answer {
-        let repeated = self
-            .acknowledged
-            .replace(now)
-            .is_some_and(|last| now.micros_since(last) < REPEAT_US);
-        let mut cleared = self.lost.take().is_some();
-        let mut remains = None;
-        for (reported, gauge) in self.failed.iter_mut().zip(situation.reading.gauges) {
-            match gauge {
-                Gauge::Failed(fault) => remains = Some(fault.into()),
-                Gauge::Valid(_) | Gauge::Missing => cleared |= core::mem::take(reported),
-            }
-        }
-        if let State::Fault {
-            fault,
-            target,
-            watching,
-        } = self.state
-        {
-            let still = match seen {
-                true => remaining(fault, cause, situation),
-                false => Some(fault),
-            };
-            match still {
-                Some(still) if still == fault => remains = Some(fault),
-                // What is gone is cleared, and what is still there takes its place.
-                Some(still) => {
-                    self.state = State::Fault {
-                        fault: still,
-                        target,
-                        watching: watching && still.rule().watches,
-                    };
-                    events.add(Event::Fault {
-                        fault: still,
-                        finger: None,
-                    });
-                    cleared = true;
-                }
-                // What is held stays held: acknowledging must not drop it.
-                None => {
-                    self.state = after_fault(now, target, watching);
-                    cleared = true;
-                }
-            }
-        }
-        if cleared {
-            // From here on the robot's last command is a new one.
-            self.asked = None;
-        }
-        let answer = match remains {
-            Some(fault) if !cleared => Answer::Refused(Refusal::CauseRemains(fault)),
-            None if !cleared && repeated => Answer::Unchanged,
-            _ => Answer::Accepted,
-        };
-        match answer {
-            Answer::Refused(refusal) if !repeated => events.add(Event::Refused(refusal)),
-            Answer::Accepted => events.add(Event::Acknowledged),
-            Answer::Refused(_) | Answer::Unchanged => {}
-        }
-        answer
-    }
-
-    fn accept_grip(
-        &self,
-        grip: Grip,
-        table: &FingerTable,
-        active: &Active,
-    ) -> Result<Kilopascals, Refusal> {
-        if matches!(self.state, State::Fault { .. }) {
-            return Err(Refusal::FaultLatched);
-        }
-        if self.lost.is_some() {
-            return Err(Refusal::LostLatched);
-        }
-        let limit = active.max_pressure.0;
-        match grip {
-            Grip::Default => Ok(active.grip_pressure),
-            // A NaN is in no range.
-            Grip::Pressure(pressure) if pressure.0 > 0.0 && pressure.0 <= limit => Ok(pressure),
-            Grip::Pressure(_) => Err(Refusal::PressureOutOfRange),
-            Grip::Bend(bend) => match table.pressure_for_bend(bend) {
-                (pressure, Range::Inside) if pressure.0 > 0.0 && pressure.0 <= limit => {
-                    Ok(pressure)
-                }
-                _ => Err(Refusal::BendOutOfRange),
-            },
-            Grip::Payload(payload) => payload.pressure(table, active),
-        }
     }
 
     fn advance(
@@ -555,10 +309,19 @@ impl Supervisor {
                     }
                     return;
                 };
-                if now.micros_since(since) < active.settle_us {
+                // Air that is going is no object that is.
+                if now.micros_since(since) < active.settle_us || situation.deviating_us > 0 {
                     return;
                 }
-                if contact.touching_count() >= FINGERS_OF_A_GRIP {
+                let needed = match purpose {
+                    Purpose::Grip | Purpose::Regrip => FINGERS_OF_A_GRIP,
+                    // What is held by two fingers is still held when the gauge of one of them fails.
+                    Purpose::Change => {
+                        let failed = FINGERS.saturating_sub(contact.usable_count());
+                        FINGERS_OF_A_GRIP.saturating_sub(failed).max(1)
+                    }
+                };
+                if contact.touching_count() >= needed {
                     self.slipping = false;
                     self.state = State::Holding { target, since: now };
                     events.add(Event::Holding {
@@ -655,20 +418,6 @@ impl Supervisor {
         }
     }
 
-    fn report_gauges(&mut self, reading: &Reading, events: &mut Events) {
-        for (finger, reported) in self.failed.iter_mut().enumerate() {
-            if let Gauge::Failed(fault) = reading.gauges[finger]
-                && !*reported
-            {
-                *reported = true;
-                events.add(Event::Fault {
-                    fault: fault.into(),
-                    finger: Some(finger as u8),
-                });
-            }
-        }
-    }
-
     /// Answers a tare that has ended, and asks for one that is due.
     fn report_zero(&mut self, situation: &Situation, events: &mut Events) {
         match situation.tare {
@@ -680,137 +429,6 @@ impl Supervisor {
             events.add(Event::TareDue);
         }
         self.tare_was_due = situation.tare_due;
-    }
-
-    /// The first thing that makes going on unsafe.
-    fn find_fault(
-        &mut self,
-        now: Instant,
-        situation: &Situation,
-        active: &Active,
-    ) -> Option<Fault> {
-        let reading = situation.reading;
-        match reading.monitor {
-            Monitor::Valid(pressure) if pressure.0 > active.max_pressure.0 + OVER_PRESSURE_KPA => {
-                return Some(Fault::OverPressure);
-            }
-            Monitor::TooHigh => return Some(Fault::MonitorHigh),
-            Monitor::Lost => return Some(Fault::MonitorLost),
-            Monitor::Valid(_) | Monitor::Missing => {}
-        }
-        if reading.stale_ticks >= STALE_TICKS {
-            return Some(match reading.overrun {
-                true => Fault::AdcOverrun,
-                false => Fault::AdcStale,
-            });
-        }
-        if let Some(supply) = reading.supply {
-            self.supply_ticks = if supply.0 < active.supply_min.0 {
-                self.supply_ticks.saturating_add(1)
-            } else {
-                0
-            };
-        }
-        if self.supply_ticks >= SUPPLY_TICKS && now.micros() > POWER_UP_US {
-            return Some(Fault::SupplyLow);
-        }
-        if situation.deviating_us >= active.not_following_us {
-            return Some(Fault::NotFollowing);
-        }
-        let silent_us = self.heard.map_or(0, |heard| now.micros_since(heard));
-        if active.host_timeout_us.is_some_and(|most| silent_us > most) {
-            return Some(Fault::HostSilent);
-        }
-        // Two fingers still tell a loss; one cannot tell a loss from a shift of the load.
-        let mut failures = reading.gauges.iter().filter_map(|gauge| match gauge {
-            Gauge::Failed(fault) => Some(*fault),
-            Gauge::Valid(_) | Gauge::Missing => None,
-        });
-        failures.next()?;
-        failures.next().map(Fault::from)
-    }
-
-    /// Goes to the safe state. The first fault stays latched; one that comes on top of it can only take
-    /// more away.
-    fn enter_fault(&mut self, fault: Fault, air: Air, active: &Active, events: &mut Events) {
-        let rule = fault.rule();
-        let vents = rule.output == SafeOutput::Vent || active.on_fault == OnFault::Vent;
-        match &mut self.state {
-            State::Fault {
-                target, watching, ..
-            } => {
-                let takes_target = vents && target.0 > 0.0;
-                let takes_watch = *watching && !rule.watches;
-                if !takes_target && !takes_watch {
-                    return;
-                }
-                if takes_target {
-                    *target = Kilopascals(0.0);
-                }
-                *watching = false;
-            }
-            State::Idle
-            | State::Closing { .. }
-            | State::Holding { .. }
-            | State::Empty { .. }
-            | State::Releasing { .. } => {
-                self.state = State::Fault {
-                    fault,
-                    target: match vents {
-                        true => Kilopascals(0.0),
-                        false => held_pressure(&self.state, air),
-                    },
-                    watching: !vents && rule.watches && self.state.is_holding(),
-                };
-            }
-        }
-        events.add(Event::Fault {
-            fault,
-            finger: None,
-        });
-    }
-}
-
-/// The pressure that a fault which holds keeps: the one that is there, where it is on its way to another.
-/// Never more than the commands account for.
-fn held_pressure(state: &State, air: Air) -> Kilopascals {
-    let target = state.target();
-    match state {
-        State::Closing { .. } => {
-            let measured = air.measured.unwrap_or(air.expected);
-            Kilopascals(measured.0.min(air.expected.0.max(target.0)).max(0.0))
-        }
-        State::Idle
-        | State::Holding { .. }
-        | State::Empty { .. }
-        | State::Releasing { .. }
-        | State::Fault { .. } => target,
-    }
-}
-
-/// Why a latched fault cannot be acknowledged yet. `cause`: what is wrong in this tick.
-fn remaining(fault: Fault, cause: Option<Fault>, situation: &Situation) -> Option<Fault> {
-    let pressure_is_off =
-        matches!(fault, Fault::NotFollowing | Fault::AirLoss) && situation.deviating_us > 0;
-    cause.or((pressure_is_off || !fault.rule().acknowledges).then_some(fault))
-}
-
-/// Where an acknowledged fault leads: on with the pressure that it kept, or open.
-fn after_fault(now: Instant, target: Kilopascals, watching: bool) -> State {
-    if target.0 > 0.0 {
-        State::Closing {
-            target,
-            reached: None,
-            purpose: match watching {
-                true => Purpose::Change,
-                false => Purpose::Grip,
-            },
-        }
-    } else {
-        State::Releasing {
-            since: now,
-            holding: false,
-        }
     }
 }
 

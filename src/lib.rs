@@ -35,6 +35,8 @@ pub mod detect;
 pub mod command;
 pub mod inputs;
 
+pub mod event;
+
 pub mod grasp;
 
 pub mod regulate;

@@ -1,7 +1,6 @@
 //! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
 
 use crate::condition::Monitor;
-use crate::detect::Air;
 use crate::settings::Active;
 use crate::units::Kilopascals;
 use crate::{TICK_US, units::Instant};
@@ -16,6 +15,15 @@ const TRIM_LIMIT_KPA: f32 = 10.0;
 const STEADY_KPA: f32 = 1.0;
 /// The pressure follows while it is within this of what the command should give.
 const FOLLOWING_KPA: f32 = 8.0;
+
+/// The pressure, and what it should be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Air {
+    /// Measured pressure, where there is a measurement.
+    pub measured: Option<Kilopascals>,
+    /// What the commands so far should have given.
+    pub expected: Kilopascals,
+}
 
 /// The regulator's set-point, model and trim.
 #[derive(Debug, Clone, Copy)]
@@ -75,6 +83,15 @@ impl Regulator {
     pub fn deviating_us(&self, now: Instant) -> u64 {
         self.deviating_since
             .map_or(0, |since| now.micros_since(since))
+    }
+
+    /// The output has been set to zero past this: the next rise starts from there.
+    pub fn vent(&mut self, active: &Active) {
+        self.setpoint = 0.0;
+        self.trim = 0.0;
+        if let Some(expected) = &mut self.expected {
+            *expected -= active.regulator_gain * *expected;
+        }
     }
 
     /// The command for this tick.

@@ -233,7 +233,7 @@ fn walk(fault: Fault, place: Place, on_fault: OnFault) {
     board.step(Command::Acknowledge);
     alive(&mut board, 600);
     assert_eq!(latched(&board), None, "{what}: {:?}", board.events);
-    assert_eq!(lost(&board), 0, "{what}");
+    assert_eq!(lost(&board), 0, "{what}: {:?}", board.events);
 }
 
 #[test]
