@@ -30,7 +30,11 @@ pub enum GaugeState {
     Noisy(f32),
 }
 
+/// Time constant of the valve and the hose, ms.
+pub const HOSE_LAG_MS: f32 = 60.0;
+
 /// The board, the air and the fingers.
+#[derive(Clone)]
 pub struct MockBoard {
     pub controller: Controller,
     /// Share of the object's grip on each finger: 1 is held, 0 is free.
@@ -38,6 +42,8 @@ pub struct MockBoard {
     pub gauges: [GaugeState; 3],
     /// Gauge noise, uniform, ± µε.
     pub noise_ue: f32,
+    /// Time constant of the valve and the hose, ms.
+    pub hose_lag_ms: f32,
     /// The supply line leaks: pressure never gets above this.
     pub leak_kpa: f32,
     /// The valve no longer moves.
@@ -74,6 +80,7 @@ impl MockBoard {
             grip: [0.0; 3],
             gauges: [GaugeState::Good; 3],
             noise_ue: 30.0,
+            hose_lag_ms: HOSE_LAG_MS,
             leak_kpa: f32::MAX,
             valve_stuck: false,
             valve_forced_kpa: None,
@@ -117,19 +124,40 @@ impl MockBoard {
 
     /// One tick.
     pub fn step(&mut self, command: Command) -> Outputs {
-        self.now_us += 1_000;
-        self.blow();
-        let frame = self.frame();
-        let outputs = self
-            .controller
-            .step(Instant::from_micros(self.now_us), &frame, command);
-        self.dac = outputs.dac;
+        let outputs = self.quiet_step(command);
         let now_ms = self.now_us / 1_000;
         self.events
             .extend(outputs.events.iter().map(|&event| (now_ms, event)));
         assert_eq!(outputs.events.lost(), 0);
         self.last = Some(outputs.clone());
         outputs
+    }
+
+    /// One tick of which nothing is kept here but what the plant needs.
+    pub fn quiet_step(&mut self, command: Command) -> Outputs {
+        let frame = self.sense();
+        self.act(&frame, command)
+    }
+
+    /// The first half of a tick: what the converter delivers.
+    pub fn sense(&mut self) -> RawFrame {
+        self.now_us = self.now_us.saturating_add(1_000);
+        self.blow();
+        self.frame()
+    }
+
+    /// The second half: what the controller makes of it.
+    pub fn act(&mut self, frame: &RawFrame, command: Command) -> Outputs {
+        let now = Instant::from_micros(self.now_us);
+        let outputs = self.controller.step(now, frame, command);
+        self.dac = outputs.dac;
+        outputs
+    }
+
+    /// Another noise from now on.
+    pub fn seed(&mut self, seed: u32) {
+        // The generator never leaves zero.
+        self.random = seed.max(1);
     }
 
     /// So many ticks without a new command.
@@ -179,7 +207,8 @@ impl MockBoard {
                 .valve_forced_kpa
                 .unwrap_or_else(|| self.commanded_kpa());
         }
-        self.pressure_kpa += (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / 60.0;
+        self.pressure_kpa +=
+            (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / self.hose_lag_ms;
         self.inflated_kpa += (self.pressure_kpa - self.inflated_kpa) / 80.0;
         let [bend, rate] = &mut self.bend;
         *rate += 1e-3 * (1_369.0 * (self.inflated_kpa - *bend) - 33.3 * *rate);
