@@ -1,6 +1,9 @@
 //! Tests of the public library on a mocked board.
 
 mod faults;
+mod hostile;
 mod mock;
 mod properties;
 mod scenarios;
+mod sequences;
+mod torture;
