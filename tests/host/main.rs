@@ -4,6 +4,7 @@ mod faults;
 mod hostile;
 mod mock;
 mod properties;
+mod repeats;
 mod scenarios;
 mod sequences;
 mod torture;
