@@ -1,5 +1,6 @@
 //! What the robot wants, and why it may not get it.
 
+use crate::fault::Fault;
 use crate::settings::Active;
 use crate::table::{FingerTable, ObjectKind, Range};
 use crate::units::{Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Newtons};
@@ -124,6 +125,61 @@ pub enum Refusal {
     LostLatched,
     /// A tare needs open fingers without pressure.
     NotIdle,
-    /// A gauge was unusable or too far from zero during the tare.
-    TareRejected,
+    /// A tare did not give new offsets.
+    TareRejected(TareFault),
+    /// What is latched has a cause that is still there.
+    CauseRemains(Fault),
+}
+
+/// Why a tare did not give new offsets, judged over its whole length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TareFault {
+    /// A gauge has failed.
+    Gauge,
+    /// There was pressure.
+    Pressure,
+    /// A finger was bent back from where it rests: something is in the grip.
+    Contact,
+    /// More noise than a loss could be told from.
+    Noise,
+    /// The strain was not steady.
+    Drift,
+    /// Further from zero than the unbalance of any bridge.
+    OutOfRange,
+    /// A grip, a stop or a fault came in between.
+    Interrupted,
+}
+
+/// What becomes of a command. Every command but [`Command::Continue`] has exactly one, in its tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Answer {
+    /// It is being carried out.
+    Accepted,
+    /// It asks for what is being done already.
+    Unchanged,
+    /// It is not carried out.
+    Refused(Refusal),
+}
+
+impl Command {
+    /// Whether both ask for the same, to the bit. Two numbers that are none are the same too: whoever
+    /// repeats nonsense has one answer.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Grip(Grip::Pressure(a)), Self::Grip(Grip::Pressure(b))) => {
+                a.0.to_bits() == b.0.to_bits()
+            }
+            (Self::Grip(Grip::Bend(a)), Self::Grip(Grip::Bend(b))) => {
+                a.0.to_bits() == b.0.to_bits()
+            }
+            (Self::Grip(Grip::Payload(a)), Self::Grip(Grip::Payload(b))) => {
+                a.kind == b.kind
+                    && a.mass.0.to_bits() == b.mass.0.to_bits()
+                    && a.acceleration.0.to_bits() == b.acceleration.0.to_bits()
+            }
+            _ => self == other,
+        }
+    }
 }

@@ -54,8 +54,18 @@ pub enum Monitor {
     Missing,
     /// Above anything that the monitor can put out.
     TooHigh,
-    /// It fell faster than air can leave, so its wire is off; until it is back, or the faults are cleared.
+    /// It fell faster than air can leave, so its wire is off; until it is back where it was, or shows what
+    /// it should.
     Lost,
+}
+
+/// What the models make of one tick before it is measured; each unknown before the first pressure.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Expected {
+    /// Strain of a free finger.
+    pub free_strain: Option<Microstrain>,
+    /// What the commands so far should have given.
+    pub pressure: Option<Kilopascals>,
 }
 
 /// Everything measured in one tick.
@@ -71,16 +81,6 @@ pub struct Reading {
     pub stale_ticks: u32,
     /// The converter lost data in this tick.
     pub overrun: bool,
-}
-
-/// How a tare went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum TareResult {
-    /// The offsets are in use.
-    Done,
-    /// A gauge was missing, failed or further from zero than any bridge's unbalance.
-    Rejected,
 }
 
 /// A bad value must persist this long to be a fault: shorter is a spike, and 20 ms are allowed.
@@ -109,16 +109,12 @@ const BURST_MS: f32 = 8.0;
 const MONITOR_FALL: f32 = 0.2;
 /// What noise may add to that.
 const MONITOR_NOISE_KPA: f32 = 5.0;
-/// Averaging time of a tare.
-const TARE_TICKS: u32 = 200;
-/// Largest offset that a tare accepts, µε: 10 % of full scale.
-const TARE_LIMIT_UE: f32 = 2_000.0;
 /// Averaging time of noise and liveliness, ms.
 const STATISTICS_MS: f32 = 250.0;
 
 #[derive(Debug, Clone, Copy)]
 struct Channel {
-    offset: f32,
+    /// Raw strain, µε.
     last_valid: Option<f32>,
     last_code: AdcCode,
     seen: u16,
@@ -138,18 +134,11 @@ struct MonitorWire {
     fallen_ticks: u16,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Tare {
-    sum: [f32; FINGERS],
-    ticks: u32,
-}
-
-/// The state behind the readings: offsets, fault timers, noise.
+/// The state behind the readings: fault timers, noise.
 #[derive(Debug, Clone, Copy)]
 pub struct Conditioner {
     channels: [Channel; FINGERS],
     monitor: MonitorWire,
-    tare: Option<Tare>,
     gains: Gains,
     stale_ticks: u32,
 }
@@ -162,10 +151,9 @@ struct Gains {
 }
 
 impl Conditioner {
-    /// No tare, no faults.
+    /// No faults.
     pub fn new() -> Self {
         let channel = Channel {
-            offset: 0.0,
             last_valid: None,
             last_code: AdcCode(0),
             seen: 0,
@@ -183,7 +171,6 @@ impl Conditioner {
                 last_kpa: None,
                 fallen_ticks: 0,
             },
-            tare: None,
             gains: Gains {
                 statistics: lag_gain(STATISTICS_MS),
                 burst: lag_gain(BURST_MS),
@@ -192,13 +179,14 @@ impl Conditioner {
         }
     }
 
-    /// Turns one frame into readings. `free_strain` is what a free finger shows at this moment, once that
-    /// is known.
+    /// Turns one frame into readings. `zero_ue` is the offset of each gauge, µε; `expected` is what the
+    /// model of the regulator and of a free finger makes of this moment.
     pub fn step(
         &mut self,
         frame: &RawFrame,
         front_end: &FrontEnd,
-        free_strain: Option<Microstrain>,
+        zero_ue: [f32; FINGERS],
+        expected: Expected,
     ) -> Reading {
         if frame.scans == 0 || frame.overrun {
             self.stale_ticks = self.stale_ticks.saturating_add(1);
@@ -216,72 +204,32 @@ impl Conditioner {
         self.stale_ticks = 0;
         let gains = self.gains;
         let mut gauges = [Gauge::Missing; FINGERS];
-        for ((gauge, channel), &code) in
-            gauges.iter_mut().zip(&mut self.channels).zip(&frame.gauges)
+        for (((gauge, channel), &code), zero_ue) in gauges
+            .iter_mut()
+            .zip(&mut self.channels)
+            .zip(&frame.gauges)
+            .zip(zero_ue)
         {
-            *gauge = channel.step(code, front_end, free_strain, gains);
+            *gauge = channel.step(code, front_end, zero_ue, expected.free_strain, gains);
         }
         Reading {
             gauges,
-            monitor: self.monitor.step(frame.monitor, front_end),
+            monitor: self
+                .monitor
+                .step(frame.monitor, front_end, expected.pressure),
             supply: Some(front_end.supply(frame.supply)),
             stale_ticks: 0,
             overrun: false,
         }
     }
 
-    /// Starts averaging for new offsets.
-    pub fn start_tare(&mut self) {
-        self.tare = Some(Tare {
-            sum: [0.0; FINGERS],
-            ticks: 0,
-        });
-    }
-
-    /// Abandons a running tare; offsets stay.
-    pub fn cancel_tare(&mut self) {
-        self.tare = None;
-    }
-
-    /// Feeds a running tare; says once how it went.
-    pub fn tare_step(&mut self, reading: &Reading) -> Option<TareResult> {
-        let tare = self.tare.as_mut()?;
-        for (sum, gauge) in tare.sum.iter_mut().zip(reading.gauges) {
-            match gauge.strain() {
-                Some(strain) => *sum += strain.0,
-                None => {
-                    self.tare = None;
-                    return Some(TareResult::Rejected);
-                }
-            }
-        }
-        tare.ticks = tare.ticks.saturating_add(1);
-        if tare.ticks < TARE_TICKS {
-            return None;
-        }
-        let offsets: [f32; FINGERS] =
-            core::array::from_fn(|i| self.channels[i].offset + tare.sum[i] / TARE_TICKS as f32);
-        self.tare = None;
-        if offsets.iter().any(|offset| offset.abs() > TARE_LIMIT_UE) {
-            return Some(TareResult::Rejected);
-        }
-        for (channel, offset) in self.channels.iter_mut().zip(offsets) {
-            channel.offset = offset;
-            channel.last_valid = None;
-        }
-        Some(TareResult::Done)
-    }
-
-    /// Forgets latched faults of gauges and monitor; one that persists is found again.
-    pub fn clear_faults(&mut self) {
-        self.monitor.last_kpa = None;
-        self.monitor.fallen_ticks = 0;
+    /// Forgets the failures of gauges that work again. What is still wrong stays failed, and no clock
+    /// starts again: whoever acknowledges all the time must not hide a fault.
+    pub fn acknowledge(&mut self) {
         for channel in &mut self.channels {
-            channel.failed = None;
-            channel.suspect = None;
-            channel.last_valid = None;
-            channel.unchanged = 0;
-            channel.burst_variance = 0.0;
+            if channel.suspect.is_none() {
+                channel.failed = None;
+            }
         }
     }
 
@@ -298,7 +246,12 @@ impl Default for Conditioner {
 }
 
 impl MonitorWire {
-    fn step(&mut self, code: AdcCode, front_end: &FrontEnd) -> Monitor {
+    fn step(
+        &mut self,
+        code: AdcCode,
+        front_end: &FrontEnd,
+        expected: Option<Kilopascals>,
+    ) -> Monitor {
         if code > front_end.monitor_high_above {
             return Monitor::TooHigh;
         }
@@ -306,11 +259,14 @@ impl MonitorWire {
         let fell = |last| pressure.0 < (1.0 - MONITOR_FALL) * last - MONITOR_NOISE_KPA;
         if self.last_kpa.is_some_and(fell) {
             self.fallen_ticks = self.fallen_ticks.saturating_add(1);
-            return if self.fallen_ticks < PERSIST_TICKS {
-                Monitor::Missing
-            } else {
-                Monitor::Lost
-            };
+            if self.fallen_ticks < PERSIST_TICKS {
+                return Monitor::Missing;
+            }
+            // A wire that is off reads zero, which is right once the air has been let out.
+            let right = |expected: Kilopascals| (pressure.0 - expected.0).abs() < MONITOR_NOISE_KPA;
+            if !expected.is_some_and(right) {
+                return Monitor::Lost;
+            }
         }
         self.fallen_ticks = 0;
         self.last_kpa = Some(pressure.0);
@@ -323,68 +279,82 @@ impl Channel {
         &mut self,
         code: AdcCode,
         front_end: &FrontEnd,
+        zero_ue: f32,
         free_strain: Option<Microstrain>,
         gains: Gains,
     ) -> Gauge {
-        if let Some(fault) = self.failed {
-            return Gauge::Failed(fault);
-        }
         self.watch_for_change(code, free_strain, gains.statistics);
         let raw = front_end.strain(code).0;
-        let strain = raw - self.offset;
         self.seen = self.seen.saturating_add(1);
         let jumped = self.seen > WARM_UP_TICKS
             && self
                 .last_valid
-                .is_some_and(|last| (strain - last).abs() > JUMP_UE);
-        let suspicion = if code < front_end.gauge_short_below {
+                .is_some_and(|last| (raw - last).abs() > JUMP_UE);
+        let suspicion = self.suspicion(code, raw, jumped, free_strain, front_end);
+        match suspicion {
+            None | Some(GaugeFault::Noisy) => {
+                self.measure_noise(raw, gains);
+                self.last_valid = Some(raw);
+            }
+            // A spike must not pass for noise, but spike after spike must.
+            Some(GaugeFault::Jump) => self.measure_burst(JUMP_UE * JUMP_UE, gains),
+            Some(
+                GaugeFault::Open | GaugeFault::Short | GaugeFault::Stuck | GaugeFault::Saturated,
+            ) => {}
+        }
+        self.suspect = match (suspicion, self.suspect) {
+            (None, _) => None,
+            // Among noise some steps are as large as jumps.
+            (Some(_), Some((GaugeFault::Noisy, ticks))) => {
+                Some((GaugeFault::Noisy, ticks.saturating_add(1)))
+            }
+            (Some(fault), Some((_, ticks))) => Some((fault, ticks.saturating_add(1))),
+            (Some(fault), None) => Some((fault, 1)),
+        };
+        if let Some(fault) = self.failed {
+            // A jump is from where the gauge is now, so that one that stays where it has jumped to is good.
+            self.last_valid = Some(raw);
+            return Gauge::Failed(fault);
+        }
+        let Some((fault, ticks)) = self.suspect else {
+            return Gauge::Valid(Microstrain(raw - zero_ue));
+        };
+        let clips = fault == GaugeFault::Saturated && !jumped;
+        if clips && ticks < CLIP_TICKS {
+            self.last_valid = Some(raw);
+            return Gauge::Valid(Microstrain(raw - zero_ue));
+        }
+        if ticks < PERSIST_TICKS && fault != GaugeFault::Stuck {
+            return Gauge::Missing;
+        }
+        self.failed = Some(fault);
+        Gauge::Failed(fault)
+    }
+
+    /// What is wrong with this tick's reading, if anything is.
+    fn suspicion(
+        &self,
+        code: AdcCode,
+        raw_ue: f32,
+        jumped: bool,
+        free_strain: Option<Microstrain>,
+        front_end: &FrontEnd,
+    ) -> Option<GaugeFault> {
+        if code < front_end.gauge_short_below {
             Some(GaugeFault::Short)
         } else if code > front_end.gauge_open_above {
             Some(GaugeFault::Open)
-        } else if raw.abs() > front_end.gauge_full_scale.0 {
+        } else if raw_ue.abs() > front_end.gauge_full_scale.0 {
             Some(GaugeFault::Saturated)
         } else if self.is_stuck(free_strain) {
-            self.failed = Some(GaugeFault::Stuck);
-            return Gauge::Failed(GaugeFault::Stuck);
+            Some(GaugeFault::Stuck)
         } else if jumped {
             Some(GaugeFault::Jump)
         } else if self.burst_variance > 2.0 * NOISY_UE * NOISY_UE {
             Some(GaugeFault::Noisy)
         } else {
             None
-        };
-        let Some(fault) = suspicion else {
-            self.suspect = None;
-            self.measure_noise(strain, gains);
-            self.last_valid = Some(strain);
-            return Gauge::Valid(Microstrain(strain));
-        };
-        match fault {
-            GaugeFault::Noisy => {
-                self.measure_noise(strain, gains);
-                self.last_valid = Some(strain);
-            }
-            // A spike must not pass for noise, but spike after spike must.
-            GaugeFault::Jump => self.measure_burst(JUMP_UE * JUMP_UE, gains),
-            GaugeFault::Open | GaugeFault::Short | GaugeFault::Stuck | GaugeFault::Saturated => {}
         }
-        let (fault, ticks) = match self.suspect {
-            // Among noise some steps are as large as jumps.
-            Some((GaugeFault::Noisy, ticks)) => (GaugeFault::Noisy, ticks.saturating_add(1)),
-            Some((_, ticks)) => (fault, ticks.saturating_add(1)),
-            None => (fault, 1),
-        };
-        self.suspect = Some((fault, ticks));
-        let clips = fault == GaugeFault::Saturated && !jumped;
-        if clips && ticks < CLIP_TICKS {
-            self.last_valid = Some(strain);
-            return Gauge::Valid(Microstrain(strain));
-        }
-        if ticks < PERSIST_TICKS {
-            return Gauge::Missing;
-        }
-        self.failed = Some(fault);
-        Gauge::Failed(fault)
     }
 
     fn measure_noise(&mut self, strain: f32, gains: Gains) {
@@ -445,6 +415,15 @@ mod tests {
         }
     }
 
+    /// One tick without an offset, with what a free finger would show, µε.
+    fn step(conditioner: &mut Conditioner, frame: &RawFrame, free_ue: f32) -> Reading {
+        let expected = Expected {
+            free_strain: Some(Microstrain(free_ue)),
+            pressure: None,
+        };
+        conditioner.step(frame, &FE, [0.0; 3], expected)
+    }
+
     /// Steps until finger 0 fails, at most `ticks`; says after how many and how.
     fn fails(
         conditioner: &mut Conditioner,
@@ -453,7 +432,7 @@ mod tests {
         make: impl Fn(u32) -> RawFrame,
     ) -> Option<(u32, GaugeFault)> {
         (0..ticks).find_map(|tick| {
-            let reading = conditioner.step(&make(tick), &FE, Some(Microstrain(free(tick))));
+            let reading = step(conditioner, &make(tick), free(tick));
             match reading.gauges[0] {
                 Gauge::Failed(fault) => Some((tick + 1, fault)),
                 Gauge::Valid(_) | Gauge::Missing => None,
@@ -468,7 +447,7 @@ mod tests {
     #[test]
     fn codes_become_strain_pressure_and_supply() {
         let mut conditioner = Conditioner::new();
-        let reading = conditioner.step(&frame([1_000.0, -500.0, 0.0]), &FE, Some(Microstrain(0.0)));
+        let reading = step(&mut conditioner, &frame([1_000.0, -500.0, 0.0]), 0.0);
         for (gauge, expected) in reading.gauges.iter().zip([1_000.0, -500.0, 0.0]) {
             let strain = gauge.strain().expect("a good gauge");
             assert!((strain.0 - expected).abs() < 1.0);
@@ -500,10 +479,10 @@ mod tests {
         let mut conditioner = Conditioner::new();
         for tick in 0..200 {
             let spike = if tick == 150 { 9_000.0 } else { 0.0 };
-            let reading = conditioner.step(
+            let reading = step(
+                &mut conditioner,
                 &frame([spike + flicker(tick), 0.0, 0.0]),
-                &FE,
-                Some(Microstrain(0.0)),
+                0.0,
             );
             match reading.gauges[0] {
                 Gauge::Missing => assert_eq!(tick, 150),
@@ -575,37 +554,76 @@ mod tests {
     }
 
     #[test]
-    fn a_monitor_that_drops_faster_than_air_is_lost_until_it_is_back_or_cleared() {
+    fn a_monitor_that_drops_faster_than_air_is_lost_until_it_is_back_or_shows_what_it_should() {
         let mut conditioner = Conditioner::new();
-        let mut monitor = |kpa: f32, clear: bool| {
-            if clear {
-                conditioner.clear_faults();
-            }
+        let mut monitor = |kpa: f32, expected_kpa: f32| {
             let mut frame = frame([0.0; 3]);
             frame.monitor = AdcCode(FE.monitor_code(Kilopascals(kpa)) as u16);
-            conditioner.step(&frame, &FE, None).monitor
+            let expected = Expected {
+                free_strain: None,
+                pressure: Some(Kilopascals(expected_kpa)),
+            };
+            conditioner.step(&frame, &FE, [0.0; 3], expected).monitor
         };
-        assert!(matches!(monitor(140.0, false), Monitor::Valid(_)));
+        assert!(matches!(monitor(140.0, 140.0), Monitor::Valid(_)));
         // A spike of two ticks.
-        assert_eq!(monitor(0.0, false), Monitor::Missing);
-        assert_eq!(monitor(0.0, false), Monitor::Missing);
+        assert_eq!(monitor(0.0, 140.0), Monitor::Missing);
+        assert_eq!(monitor(0.0, 140.0), Monitor::Missing);
         // A hose that bursts at the gripper.
         let mut kpa = 140.0;
         while kpa > 1.0 {
-            assert!(matches!(monitor(kpa, false), Monitor::Valid(_)), "{kpa}");
+            assert!(matches!(monitor(kpa, 140.0), Monitor::Valid(_)), "{kpa}");
             kpa *= 0.9;
         }
-        assert!(matches!(monitor(140.0, false), Monitor::Valid(_)));
+        assert!(matches!(monitor(140.0, 140.0), Monitor::Valid(_)));
         // A wire that comes off, through the filter of the input.
         for (kpa, expected) in [
             (100.0, Monitor::Missing),
             (72.0, Monitor::Missing),
             (51.0, Monitor::Lost),
         ] {
-            assert_eq!(monitor(kpa, false), expected);
+            assert_eq!(monitor(kpa, 140.0), expected);
         }
-        assert_eq!(monitor(0.0, false), Monitor::Lost);
-        assert!(matches!(monitor(0.0, true), Monitor::Valid(_)));
+        assert_eq!(monitor(0.0, 140.0), Monitor::Lost);
+        // Once the air has been let out, zero is what it should show.
+        assert_eq!(monitor(0.0, 20.0), Monitor::Lost);
+        assert!(matches!(monitor(0.0, 3.0), Monitor::Valid(_)));
+    }
+
+    #[test]
+    fn acknowledging_clears_a_gauge_that_works_again_and_no_other() {
+        let open = {
+            let mut open = frame([0.0; 3]);
+            open.gauges[0] = AdcCode(65_520);
+            open
+        };
+        let mut conditioner = Conditioner::new();
+        let found = fails(&mut conditioner, 5, |_| 0.0, |_| open);
+        assert_eq!(found, Some((3, GaugeFault::Open)));
+        conditioner.acknowledge();
+        let reading = step(&mut conditioner, &open, 0.0);
+        assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));
+        // Repaired, it stays failed until somebody has seen it.
+        let good = frame([0.0; 3]);
+        let reading = step(&mut conditioner, &good, 0.0);
+        assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));
+        conditioner.acknowledge();
+        let reading = step(&mut conditioner, &good, 0.0);
+        assert!(matches!(reading.gauges[0], Gauge::Valid(_)));
+    }
+
+    #[test]
+    fn a_frozen_gauge_is_stuck_in_its_time_however_often_somebody_acknowledges() {
+        let mut conditioner = Conditioner::new();
+        for tick in 0..2_000 {
+            step(&mut conditioner, &frame([flicker(tick), 0.0, 0.0]), 0.0);
+        }
+        let stuck = (0..20).find(|_| {
+            conditioner.acknowledge();
+            let reading = step(&mut conditioner, &frame([15.0, 0.0, 0.0]), 0.0);
+            reading.gauges[0] == Gauge::Failed(GaugeFault::Stuck)
+        });
+        assert!(stuck.is_some());
     }
 
     #[test]
@@ -621,30 +639,11 @@ mod tests {
                 ..frame([0.0; 3])
             },
         ] {
-            let reading = conditioner.step(&bad, &FE, Some(Microstrain(0.0)));
+            let reading = step(&mut conditioner, &bad, 0.0);
             assert_eq!(reading.gauges, [Gauge::Missing; 3]);
             assert_eq!(reading.monitor, Monitor::Missing);
         }
-        let reading = conditioner.step(&frame([0.0; 3]), &FE, Some(Microstrain(0.0)));
+        let reading = step(&mut conditioner, &frame([0.0; 3]), 0.0);
         assert_eq!(reading.stale_ticks, 0);
-    }
-
-    #[test]
-    fn a_tare_takes_the_mean_away_and_refuses_a_strained_gauge() {
-        let mut conditioner = Conditioner::new();
-        let tare = |conditioner: &mut Conditioner, ue: f32| {
-            conditioner.start_tare();
-            (0..1_000).find_map(|tick| {
-                let frame = frame([ue + flicker(tick), -200.0, 0.0]);
-                let reading = conditioner.step(&frame, &FE, Some(Microstrain(0.0)));
-                conditioner.tare_step(&reading)
-            })
-        };
-        assert_eq!(tare(&mut conditioner, 300.0), Some(TareResult::Done));
-        let reading = conditioner.step(&frame([300.0, -200.0, 0.0]), &FE, Some(Microstrain(0.0)));
-        for gauge in reading.gauges {
-            assert!(gauge.strain().is_some_and(|strain| strain.0.abs() < 1.0));
-        }
-        assert_eq!(tare(&mut conditioner, 3_000.0), Some(TareResult::Rejected));
     }
 }

@@ -64,6 +64,16 @@ pub enum LossCause {
     Missing,
 }
 
+/// How what is held is to be watched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Watch {
+    /// What the arm does.
+    pub motion: Motion,
+    /// The pressure is on its way to another set-point, so a residual that drifts is no slip, and air that
+    /// lags behind is no air loss.
+    pub pressure_changes: bool,
+}
+
 /// What the regulator knows that bears on the verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Air {
@@ -179,12 +189,16 @@ struct Hold {
     evidence: f32,
     onset: Instant,
     slip: Slip,
+    /// The pressure has changed since the plateau was taken.
+    outdated: bool,
 }
 
 /// The detector's memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Detector {
     plateau: [f32; FINGERS],
+    /// Strain of a free finger, averaged like the plateau.
+    free: f32,
     hold: Option<Hold>,
     air_ticks: u16,
     plateau_gain: f32,
@@ -201,6 +215,7 @@ impl Detector {
         let level_gain = lag_gain(LEVEL_MS);
         Self {
             plateau: [0.0; FINGERS],
+            free: 0.0,
             hold: None,
             air_ticks: 0,
             plateau_gain: lag_gain(PLATEAU_MS),
@@ -216,15 +231,15 @@ impl Detector {
         self.hold.as_ref().map(|hold| hold.level)
     }
 
-    /// Judges one tick. `held` says how the arm moves while the supervisor believes that something is held;
-    /// the first such tick makes the present plateau the reference.
+    /// Judges one tick. `watch` is given while the supervisor believes that something is held; the first such
+    /// tick, and the end of a change of the pressure, make the present plateau the reference.
     pub fn step(
         &mut self,
         now: Instant,
         contact: &Contact,
         noise_variance: &[f32; FINGERS],
         air: Air,
-        held: Option<Motion>,
+        watch: Option<Watch>,
         active: &Active,
     ) -> Verdict {
         for (plateau, residual) in self.plateau.iter_mut().zip(contact.residual) {
@@ -232,19 +247,34 @@ impl Detector {
                 *plateau += self.plateau_gain * (residual.0 - *plateau);
             }
         }
-        let Some(motion) = held else {
+        self.free += self.plateau_gain * (contact.free.0 - self.free);
+        let Some(Watch {
+            motion,
+            pressure_changes,
+        }) = watch
+        else {
             self.hold = None;
             self.air_ticks = 0;
             return Verdict::Unarmed;
         };
-        if self.air_is_going(air, active) {
+        if pressure_changes {
+            self.air_ticks = 0;
+        } else if self.air_is_going(air, active) {
             return Verdict::AirLoss;
+        }
+        // A fall that has begun is judged against the plateau that it began from.
+        if !pressure_changes
+            && self
+                .hold
+                .is_some_and(|hold| hold.outdated && hold.evidence == 0.0)
+        {
+            self.hold = None;
         }
         let hold = self.hold.get_or_insert(Hold {
             since: now,
             plateau: self.plateau,
             lately: self.plateau,
-            free: contact.free,
+            free: Microstrain(self.free),
             level: 1.0,
             rate: 0.0,
             recent: 1.0,
@@ -255,7 +285,9 @@ impl Detector {
             evidence: 0.0,
             onset: now,
             slip: Slip::NONE,
+            outdated: false,
         });
+        hold.outdated |= pressure_changes;
         let settling = now.micros_since(hold.since) < SETTLING_US;
         if settling {
             // While the fingers follow the last of the pressure, the grip still tightens.
@@ -281,7 +313,8 @@ impl Detector {
         hold.level += self.level_gain * (shares.sum - hold.level);
         hold.rate += self.level_gain * ((hold.level - before) * TICKS_PER_S - hold.rate);
         hold.least += self.level_gain * (shares.emptiest - hold.least);
-        hold.passed = hold.least > PASSED || hold.passed && hold.level > 1.0;
+        // A higher pressure presses the fingers on, and is no way past the tips.
+        hold.passed = !hold.outdated && (hold.least > PASSED || hold.passed && hold.level > 1.0);
         let reached = match hold.passed {
             true => hold.level,
             false => hold.level.min(1.0),
@@ -335,6 +368,9 @@ impl Detector {
             };
         }
 
+        if hold.outdated {
+            return Verdict::Holding;
+        }
         // White noise of variance σ² through a first-order lag of gain g: σ² g / (2 − g).
         let level_variance = shares.variance * self.level_variance;
         let slip = limits.slip * active.slip;
@@ -414,9 +450,12 @@ mod tests {
             };
             let now = Instant::from_micros(1_000 * self.tick);
             let noise = [400.0; 3];
-            let held = holding.then_some(self.motion);
+            let watch = holding.then_some(Watch {
+                motion: self.motion,
+                pressure_changes: false,
+            });
             self.detector
-                .step(now, &contact, &noise, air, held, &self.active)
+                .step(now, &contact, &noise, air, watch, &self.active)
         }
 
         fn hold(&mut self) {

@@ -5,7 +5,7 @@
 //! object falls at held pressure it dips and then rises, because the finger is free to bend further.
 
 use crate::FINGERS;
-use crate::condition::{Monitor, Reading};
+use crate::condition::{Gauge, Monitor, Reading};
 use crate::settings::{Active, GaugeSense};
 use crate::table::{FingerTable, Range};
 use crate::units::{Degrees, Kilopascals, Microstrain};
@@ -44,6 +44,9 @@ fn count(fingers: [bool; FINGERS]) -> usize {
         .fold(0, |sum: usize, finger| sum.saturating_add(finger.into()))
 }
 
+/// Below this the fingers are open: the monitor's own error is ±2 kPa and the finger moves by less
+/// than half a degree.
+pub(crate) const OPEN_KPA: f32 = 6.0;
 /// Contact, once made, is kept down to this share of its threshold.
 const RELEASE_SHARE: f32 = 0.6;
 /// Contact must come or go for this long: longer than a spike, shorter than anything that matters.
@@ -145,8 +148,14 @@ impl Estimator {
         let fingers = reading.gauges.iter().zip(active.free_bend_gain);
         let results = residual.iter_mut().zip(&mut self.touches);
         for ((gauge, gain), (slot, touch)) in fingers.zip(results) {
-            let Some(strain) = gauge.strain() else {
-                continue;
+            let strain = match *gauge {
+                Gauge::Valid(strain) => strain,
+                Gauge::Missing => continue,
+                // What has failed feels nothing: a finger must not be taken to touch for ever.
+                Gauge::Failed(_) => {
+                    *touch = Touch::default();
+                    continue;
+                }
             };
             let value = match active.gauge_sense {
                 GaugeSense::Bend => gain * free.0 - strain.0,
@@ -183,7 +192,6 @@ impl Default for Estimator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::condition::Gauge;
     use crate::frontend::FrontEnd;
     use crate::settings::Settings;
     use crate::table::FINGER;

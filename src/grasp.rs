@@ -15,15 +15,16 @@
 //! What a fault leaves in the grip is watched on, where the gauges can still tell.
 
 use crate::FINGERS;
-use crate::command::{Command, Grip, Payload, Refusal};
-use crate::condition::{Gauge, Monitor, Reading, TareResult};
+use crate::command::{Answer, Command, Grip, Payload, Refusal};
+use crate::condition::{Gauge, Monitor, Reading};
 use crate::detect::{Air, LossCause, Verdict};
-use crate::estimate::Contact;
+use crate::estimate::{Contact, OPEN_KPA};
 use crate::fault::{Fault, SafeOutput};
 use crate::settings::{Active, OnFault, OnLoss};
 use crate::table::{FingerTable, Range};
 use crate::telemetry::{Event, Events};
 use crate::units::{Instant, Kilopascals};
+use crate::zero::TareResult;
 
 /// Where the gripper is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,11 +95,17 @@ impl State {
         }
     }
 
-    /// Whether something is held, and the detector is to watch it.
+    /// Whether something is held, and the detector is to watch it: also while it is held at another
+    /// pressure, and in a fault that leaves it in the grip.
     pub fn is_holding(&self) -> bool {
         matches!(
             self,
-            Self::Holding { .. } | Self::Fault { watching: true, .. }
+            Self::Holding { .. }
+                | Self::Closing {
+                    purpose: Purpose::Change,
+                    ..
+                }
+                | Self::Fault { watching: true, .. }
         )
     }
 }
@@ -125,19 +132,6 @@ impl Loss {
     }
 }
 
-/// What the conditioner is to do about the tare.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Request {
-    /// Nothing.
-    None,
-    /// Start one.
-    StartTare,
-    /// Abandon a running one: the fingers are about to move.
-    CancelTare,
-    /// Forget latched gauge and regulator faults.
-    ClearFaults,
-}
-
 /// What the supervisor sees in one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<'a> {
@@ -151,6 +145,10 @@ pub struct Situation<'a> {
     pub air: Air,
     /// A tare that ended in this tick.
     pub tare: Option<TareResult>,
+    /// A tare is running.
+    pub taring: bool,
+    /// A tare is asked for.
+    pub tare_due: bool,
     /// The pressure has deviated from the command for this long, µs.
     pub deviating_us: u64,
 }
@@ -161,9 +159,6 @@ const FINGERS_OF_A_GRIP: usize = 2;
 const REACHED_KPA: f32 = 3.0;
 /// The pressure should have reached its set-point when the expected one is this close.
 const DUE_KPA: f32 = 0.5;
-/// Below this the fingers are open: the monitor's own error is ±2 kPa and the finger moves by less
-/// than half a degree.
-const OPEN_KPA: f32 = 6.0;
 /// A release has ended its hold after this at the latest, even if contact never clears.
 const RELEASE_LIMIT_US: u64 = 1_000_000;
 /// Measured pressure may exceed the limit by this before it is a fault: 2.5 % of full scale.
@@ -172,8 +167,13 @@ const OVER_PRESSURE_KPA: f32 = 5.0;
 const STALE_TICKS: u32 = 5;
 /// The robot's 24 V may come this much later than the board's own supply.
 const POWER_UP_US: u64 = 1_000_000;
-/// Supply must be low this long: a valve switching is shorter.
-const SUPPLY_TICKS: u16 = 10;
+/// Supply must be low this long: 24 V devices ride through gaps of 10 ms (IEC 61131-2).
+const SUPPLY_TICKS: u16 = 20;
+/// A command that comes again within this time, with no other in between, is the same command: drivers
+/// rewrite it up to 100 times a second, and the slowest that are known do once in half a second.
+const REPEAT_US: u64 = 1_000_000;
+/// Set-points this close are the same: a quarter of the regulator's repeatability of ±1 % of 200 kPa.
+const SAME_KPA: f32 = 0.5;
 
 /// The supervisor.
 #[derive(Debug, Clone, Copy)]
@@ -189,6 +189,19 @@ pub struct Supervisor {
     touched: [bool; FINGERS],
     failed: [bool; FINGERS],
     supply_ticks: u16,
+    tare_was_due: bool,
+    /// The last command but acknowledgements, with its answer.
+    asked: Option<Asked>,
+    /// When the last acknowledgement came.
+    acknowledged: Option<Instant>,
+}
+
+/// A command that may come again.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    command: Command,
+    last: Instant,
+    answer: Answer,
 }
 
 impl Supervisor {
@@ -211,6 +224,9 @@ impl Supervisor {
             touched: [false; FINGERS],
             failed: [false; FINGERS],
             supply_ticks: 0,
+            tare_was_due: false,
+            asked: None,
+            acknowledged: None,
         }
     }
 
@@ -234,7 +250,8 @@ impl Supervisor {
         }
     }
 
-    /// Decides what to do in this tick; the new state's target is the pressure to go to.
+    /// Decides what to do in this tick, and answers the command; the new state's target is the pressure to
+    /// go to.
     pub fn step(
         &mut self,
         now: Instant,
@@ -243,7 +260,7 @@ impl Supervisor {
         table: &FingerTable,
         active: &Active,
         events: &mut Events,
-    ) -> Request {
+    ) -> Option<Answer> {
         if let (None, State::Fault { fault, .. }) = (self.heard, self.state) {
             events.add(Event::Fault {
                 fault,
@@ -254,121 +271,213 @@ impl Supervisor {
             self.heard = Some(now);
         }
         self.report_gauges(situation.reading, events);
-        match situation.tare {
-            Some(TareResult::Done) => events.add(Event::Tared),
-            Some(TareResult::Rejected) => events.add(Event::Refused(Refusal::TareRejected)),
-            None => {}
-        }
+        self.report_zero(situation, events);
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
         let seen = matches!(self.state, State::Fault { .. });
-        if let Some(fault) = self.find_fault(now, situation, active) {
-            self.enter_fault(fault, active, events);
+        let cause = self.find_fault(now, situation, active);
+        if let Some(fault) = cause {
+            self.enter_fault(fault, situation.air, active, events);
         }
         // A command comes before the verdict: what the robot lets go in this tick is not lost.
-        let request = self.obey(now, command, seen, table, active, events);
+        let answer = match command {
+            Command::Continue => None,
+            Command::Alive | Command::Motion(_) => Some(Answer::Accepted),
+            Command::Acknowledge => {
+                Some(self.acknowledge(now, cause.filter(|_| seen), situation, seen, events))
+            }
+            Command::Grip(_) | Command::Release | Command::Stop | Command::Tare => {
+                Some(self.obey(now, command, situation, table, active, events))
+            }
+        };
         self.advance(now, situation, active, events);
-        request
+        answer
     }
 
+    /// Carries a command out, unless it is the last one come again.
     fn obey(
         &mut self,
         now: Instant,
         command: Command,
-        fault_was_seen: bool,
+        situation: &Situation,
         table: &FingerTable,
         active: &Active,
         events: &mut Events,
-    ) -> Request {
-        match command {
-            Command::Continue | Command::Alive | Command::Motion(_) => Request::None,
-            Command::Stop => {
-                self.enter_fault(Fault::Stopped, active, events);
-                Request::CancelTare
-            }
-            Command::Grip(grip) => match self.accept_grip(grip, table, active) {
-                Ok(target) => {
-                    let purpose = match self.state {
-                        State::Closing { purpose, .. } => purpose,
-                        State::Holding { .. } => Purpose::Change,
-                        State::Idle
-                        | State::Empty { .. }
-                        | State::Releasing { .. }
-                        | State::Fault { .. } => {
-                            self.touched = [false; FINGERS];
-                            self.regripped = false;
-                            Purpose::Grip
-                        }
-                    };
-                    self.state = State::Closing {
-                        target,
-                        reached: None,
-                        purpose,
-                    };
-                    self.payload = match grip {
-                        Grip::Payload(payload) => Some(payload),
-                        Grip::Default | Grip::Pressure(_) | Grip::Bend(_) => None,
-                    };
-                    Request::CancelTare
-                }
-                Err(refusal) => {
-                    events.add(Event::Refused(refusal));
-                    Request::None
-                }
-            },
-            Command::Release => {
-                match self.state {
-                    State::Fault { .. } => {
-                        events.add(Event::Refused(Refusal::FaultLatched));
-                    }
-                    State::Idle | State::Releasing { .. } => {}
-                    State::Closing { .. } | State::Holding { .. } | State::Empty { .. } => {
-                        self.state = State::Releasing {
-                            since: now,
-                            holding: !matches!(self.state, State::Empty { .. }),
-                        };
-                    }
-                }
-                Request::None
-            }
-            Command::Acknowledge => {
-                self.lost = None;
-                self.failed = [false; FINGERS];
-                if let State::Fault {
-                    fault,
-                    target,
-                    watching,
-                } = self.state
-                    && fault_was_seen
-                    && fault.rule().acknowledges
-                {
-                    // What is held stays held: acknowledging must not drop it.
-                    self.state = if target.0 > 0.0 {
-                        State::Closing {
-                            target,
-                            reached: None,
-                            purpose: match watching {
-                                true => Purpose::Change,
-                                false => Purpose::Grip,
-                            },
-                        }
-                    } else {
-                        State::Releasing {
-                            since: now,
-                            holding: false,
-                        }
-                    };
-                }
-                events.add(Event::Acknowledged);
-                Request::ClearFaults
-            }
-            Command::Tare => match self.state {
-                State::Idle => Request::StartTare,
-                _ => {
-                    events.add(Event::Refused(Refusal::NotIdle));
-                    Request::None
-                }
-            },
+    ) -> Answer {
+        let asked = self.asked.filter(|asked| asked.command.is_same(&command));
+        if let Some(asked) = asked
+            && now.micros_since(asked.last) < REPEAT_US
+            && command != Command::Stop
+        {
+            self.asked = Some(Asked { last: now, ..asked });
+            return match asked.answer {
+                Answer::Refused(_) => asked.answer,
+                Answer::Accepted | Answer::Unchanged => Answer::Unchanged,
+            };
         }
+        let answer = match command {
+            Command::Grip(grip) => self.grip(grip, asked.is_some(), table, active),
+            Command::Release => self.release(now, situation.contact, events),
+            Command::Stop => {
+                self.enter_fault(Fault::Stopped, situation.air, active, events);
+                Answer::Accepted
+            }
+            Command::Tare if situation.taring => Answer::Unchanged,
+            Command::Tare if self.state == State::Idle => Answer::Accepted,
+            Command::Tare => Answer::Refused(Refusal::NotIdle),
+            Command::Continue | Command::Alive | Command::Motion(_) | Command::Acknowledge => {
+                Answer::Unchanged
+            }
+        };
+        if let Answer::Refused(refusal) = answer {
+            events.add(Event::Refused(refusal));
+        }
+        self.asked = Some(Asked {
+            command,
+            last: now,
+            answer,
+        });
+        answer
+    }
+
+    /// `again`: no other command has come since the last grip like this.
+    fn grip(&mut self, grip: Grip, again: bool, table: &FingerTable, active: &Active) -> Answer {
+        let new = match self.accept_grip(grip, table, active) {
+            Ok(target) => target,
+            Err(refusal) => return Answer::Refused(refusal),
+        };
+        let payload = match grip {
+            Grip::Payload(payload) => Some(payload),
+            Grip::Default | Grip::Pressure(_) | Grip::Bend(_) => None,
+        };
+        let same = (new.0 - self.state.target().0).abs() <= SAME_KPA;
+        let purpose = match self.state {
+            State::Closing { .. } | State::Holding { .. } if same => {
+                let unchanged = payload == self.payload;
+                self.payload = payload;
+                return match unchanged {
+                    true => Answer::Unchanged,
+                    false => Answer::Accepted,
+                };
+            }
+            State::Empty { .. } if same && again => return Answer::Unchanged,
+            State::Closing { purpose, .. } => purpose,
+            State::Holding { .. } => Purpose::Change,
+            State::Idle | State::Empty { .. } | State::Releasing { .. } | State::Fault { .. } => {
+                self.touched = [false; FINGERS];
+                self.regripped = false;
+                Purpose::Grip
+            }
+        };
+        self.payload = payload;
+        self.state = State::Closing {
+            target: new,
+            reached: None,
+            purpose,
+        };
+        Answer::Accepted
+    }
+
+    fn release(&mut self, now: Instant, contact: &Contact, events: &mut Events) -> Answer {
+        let holding = self.state.is_holding();
+        match &mut self.state {
+            // Whoever stops the gripper does not want it to drop what it holds.
+            State::Fault {
+                fault: Fault::Stopped,
+                ..
+            } => Answer::Refused(Refusal::FaultLatched),
+            // Any other fault must not keep the robot from putting down what it holds.
+            State::Fault {
+                target, watching, ..
+            } if target.0 > 0.0 => {
+                *target = Kilopascals(0.0);
+                *watching = false;
+                if holding {
+                    events.add(Event::Released);
+                }
+                Answer::Accepted
+            }
+            State::Idle | State::Releasing { .. } | State::Fault { .. } => Answer::Unchanged,
+            State::Closing { .. } | State::Holding { .. } | State::Empty { .. } => {
+                let touches = contact.touching_count() > 0;
+                let empty = matches!(self.state, State::Empty { .. });
+                self.state = State::Releasing {
+                    since: now,
+                    holding: holding || touches && !empty,
+                };
+                Answer::Accepted
+            }
+        }
+    }
+
+    /// Clears what is latched and has no cause any more. No clock starts again, so whoever acknowledges
+    /// all the time hides nothing. `cause`: what is wrong in this tick; `seen`: a fault was latched before.
+    fn acknowledge(
+        &mut self,
+        now: Instant,
+        cause: Option<Fault>,
+        situation: &Situation,
+        seen: bool,
+        events: &mut Events,
+    ) -> Answer {
+        let repeated = self
+            .acknowledged
+            .replace(now)
+            .is_some_and(|last| now.micros_since(last) < REPEAT_US);
+        let mut cleared = self.lost.take().is_some();
+        let mut remains = None;
+        for (reported, gauge) in self.failed.iter_mut().zip(situation.reading.gauges) {
+            match gauge {
+                Gauge::Failed(fault) => remains = Some(fault.into()),
+                Gauge::Valid(_) | Gauge::Missing => cleared |= core::mem::take(reported),
+            }
+        }
+        if let State::Fault {
+            fault,
+            target,
+            watching,
+        } = self.state
+        {
+            let still = match seen {
+                true => remaining(fault, cause, situation),
+                false => Some(fault),
+            };
+            match still {
+                Some(still) if still == fault => remains = Some(fault),
+                // What is gone is cleared, and what is still there takes its place.
+                Some(still) => {
+                    self.state = State::Fault {
+                        fault: still,
+                        target,
+                        watching: watching && still.rule().watches,
+                    };
+                    events.add(Event::Fault {
+                        fault: still,
+                        finger: None,
+                    });
+                    cleared = true;
+                }
+                // What is held stays held: acknowledging must not drop it.
+                None => {
+                    self.state = after_fault(now, target, watching);
+                    cleared = true;
+                }
+            }
+        }
+        if cleared {
+            // From here on the robot's last command is a new one.
+            self.asked = None;
+        }
+        let answer = match remains {
+            Some(fault) if !cleared => Answer::Refused(Refusal::CauseRemains(fault)),
+            None if !cleared && repeated => Answer::Unchanged,
+            _ => Answer::Accepted,
+        };
+        match answer {
+            Answer::Refused(refusal) if !repeated => events.add(Event::Refused(refusal)),
+            Answer::Accepted => events.add(Event::Acknowledged),
+            Answer::Refused(_) | Answer::Unchanged => {}
+        }
+        answer
     }
 
     fn accept_grip(
@@ -408,6 +517,22 @@ impl Supervisor {
     ) {
         let contact = situation.contact;
         let pressure = situation.air.measured.map(|pressure| pressure.0);
+        if let Verdict::Lost {
+            onset,
+            cause,
+            evidence,
+        } = situation.verdict
+            && self.state.is_holding()
+        {
+            let loss = Loss {
+                onset,
+                flagged: now,
+                cause,
+                evidence,
+            };
+            self.lose(loss, self.state.target(), active, events);
+            return;
+        }
         match self.state {
             State::Idle | State::Empty { .. } => {}
             State::Closing {
@@ -452,37 +577,23 @@ impl Supervisor {
                     events.add(Event::Empty);
                 }
             }
-            State::Holding { target, .. }
-            | State::Fault {
-                target,
-                watching: true,
-                ..
-            } => match situation.verdict {
-                Verdict::Unarmed | Verdict::Holding => self.slipping = false,
-                Verdict::Slipping { rate } => {
-                    if !self.slipping {
-                        self.slipping = true;
-                        events.add(Event::Slip { rate });
+            State::Holding { .. } | State::Fault { watching: true, .. } => {
+                match situation.verdict {
+                    Verdict::Unarmed | Verdict::Holding | Verdict::Lost { .. } => {
+                        self.slipping = false
+                    }
+                    Verdict::Slipping { rate } => {
+                        if !self.slipping {
+                            self.slipping = true;
+                            events.add(Event::Slip { rate });
+                        }
+                    }
+                    Verdict::AirLoss => {
+                        events.add(Event::AirLoss);
+                        self.enter_fault(Fault::AirLoss, situation.air, active, events);
                     }
                 }
-                Verdict::Lost {
-                    onset,
-                    cause,
-                    evidence,
-                } => {
-                    let loss = Loss {
-                        onset,
-                        flagged: now,
-                        cause,
-                        evidence,
-                    };
-                    self.lose(loss, target, active, events);
-                }
-                Verdict::AirLoss => {
-                    events.add(Event::AirLoss);
-                    self.enter_fault(Fault::AirLoss, active, events);
-                }
-            },
+            }
             State::Fault {
                 watching: false, ..
             } => {}
@@ -558,6 +669,19 @@ impl Supervisor {
         }
     }
 
+    /// Answers a tare that has ended, and asks for one that is due.
+    fn report_zero(&mut self, situation: &Situation, events: &mut Events) {
+        match situation.tare {
+            Some(Ok(())) => events.add(Event::Tared),
+            Some(Err(fault)) => events.add(Event::Refused(Refusal::TareRejected(fault))),
+            None => {}
+        }
+        if situation.tare_due && !self.tare_was_due {
+            events.add(Event::TareDue);
+        }
+        self.tare_was_due = situation.tare_due;
+    }
+
     /// The first thing that makes going on unsafe.
     fn find_fault(
         &mut self,
@@ -608,7 +732,7 @@ impl Supervisor {
 
     /// Goes to the safe state. The first fault stays latched; one that comes on top of it can only take
     /// more away.
-    fn enter_fault(&mut self, fault: Fault, active: &Active, events: &mut Events) {
+    fn enter_fault(&mut self, fault: Fault, air: Air, active: &Active, events: &mut Events) {
         let rule = fault.rule();
         let vents = rule.output == SafeOutput::Vent || active.on_fault == OnFault::Vent;
         match &mut self.state {
@@ -630,12 +754,11 @@ impl Supervisor {
             | State::Holding { .. }
             | State::Empty { .. }
             | State::Releasing { .. } => {
-                let held = self.state.target();
                 self.state = State::Fault {
                     fault,
                     target: match vents {
                         true => Kilopascals(0.0),
-                        false => held,
+                        false => held_pressure(&self.state, air),
                     },
                     watching: !vents && rule.watches && self.state.is_holding(),
                 };
@@ -645,6 +768,49 @@ impl Supervisor {
             fault,
             finger: None,
         });
+    }
+}
+
+/// The pressure that a fault which holds keeps: the one that is there, where it is on its way to another.
+/// Never more than the commands account for.
+fn held_pressure(state: &State, air: Air) -> Kilopascals {
+    let target = state.target();
+    match state {
+        State::Closing { .. } => {
+            let measured = air.measured.unwrap_or(air.expected);
+            Kilopascals(measured.0.min(air.expected.0.max(target.0)).max(0.0))
+        }
+        State::Idle
+        | State::Holding { .. }
+        | State::Empty { .. }
+        | State::Releasing { .. }
+        | State::Fault { .. } => target,
+    }
+}
+
+/// Why a latched fault cannot be acknowledged yet. `cause`: what is wrong in this tick.
+fn remaining(fault: Fault, cause: Option<Fault>, situation: &Situation) -> Option<Fault> {
+    let pressure_is_off =
+        matches!(fault, Fault::NotFollowing | Fault::AirLoss) && situation.deviating_us > 0;
+    cause.or((pressure_is_off || !fault.rule().acknowledges).then_some(fault))
+}
+
+/// Where an acknowledged fault leads: on with the pressure that it kept, or open.
+fn after_fault(now: Instant, target: Kilopascals, watching: bool) -> State {
+    if target.0 > 0.0 {
+        State::Closing {
+            target,
+            reached: None,
+            purpose: match watching {
+                true => Purpose::Change,
+                false => Purpose::Grip,
+            },
+        }
+    } else {
+        State::Releasing {
+            since: now,
+            holding: false,
+        }
     }
 }
 

@@ -28,6 +28,7 @@ pub mod scan;
 
 pub mod condition;
 pub mod estimate;
+pub mod zero;
 
 pub mod detect;
 
@@ -44,7 +45,7 @@ pub mod controller;
 
 pub mod telemetry;
 
-pub use command::{Command, Grip};
+pub use command::{Answer, Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};
 

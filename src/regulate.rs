@@ -45,6 +45,11 @@ impl Regulator {
         Kilopascals(self.setpoint)
     }
 
+    /// What the commands so far should have given; unknown before the first measurement.
+    pub fn expected(&self) -> Option<Kilopascals> {
+        self.expected.map(Kilopascals)
+    }
+
     /// Compares the pressure with what the commands so far should have given.
     pub fn observe(&mut self, now: Instant, monitor: Monitor) -> Air {
         let measured = match monitor {
@@ -72,22 +77,21 @@ impl Regulator {
             .map_or(0, |since| now.micros_since(since))
     }
 
-    /// Forgets a deviation that has been acknowledged and starts from the pressure that is there.
-    pub fn restart(&mut self, monitor: Monitor) {
-        if let Monitor::Valid(pressure) = monitor {
-            self.expected = Some(pressure.0);
-        }
-        self.trim = 0.0;
-        self.deviating_since = None;
-    }
-
     /// The command for this tick.
     pub fn step(&mut self, target: Kilopascals, active: &Active) -> Kilopascals {
         let slew = active.slew_kpa_per_tick;
         let target = target.0.max(0.0).min(active.max_pressure.0);
         if let Some(expected) = &mut self.expected {
-            // A rise starts from the pressure that is still there.
-            self.setpoint = self.setpoint.max(expected.min(target));
+            // A ramp starts from the pressure that is there: a rise from no more than that, even if the model
+            // of the regulator is wrong, and a fall from no more than that, so that it stops a rise at once.
+            let (low, high) = match self.deviation {
+                Some(deviation) => {
+                    let measured = *expected + deviation;
+                    (measured.min(*expected), measured.max(*expected))
+                }
+                None => (0.0, *expected),
+            };
+            self.setpoint = self.setpoint.max(low.min(target)).min(high.max(target));
             self.setpoint += (target - self.setpoint).max(-slew).min(slew);
             *expected += active.regulator_gain * (self.setpoint - *expected);
         }

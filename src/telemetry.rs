@@ -46,6 +46,9 @@ pub enum Event {
     Refused(Refusal),
     /// New gauge offsets are in use.
     Tared,
+    /// The zero of a gauge has moved further than is tracked, or a finger seems to lean on something for
+    /// long: a tare is asked for.
+    TareDue,
     /// What was latched has been acknowledged.
     Acknowledged,
 }
@@ -114,6 +117,10 @@ pub struct Snapshot {
     pub margin: Option<f32>,
     /// Noise of each gauge, rms.
     pub noise: [Microstrain; FINGERS],
+    /// How far the zero of each gauge has been tracked since the last tare.
+    pub drift: [Microstrain; FINGERS],
+    /// A tare is asked for.
+    pub tare_due: bool,
 }
 
 /// Indicator outputs for the robot.

@@ -1,5 +1,6 @@
 //! Tests of the public library on a mocked board.
 
+mod commands;
 mod faults;
 mod hostile;
 mod mock;

@@ -30,9 +30,6 @@ pub enum GaugeState {
     Noisy(f32),
 }
 
-/// Time constant of the valve and the hose, ms.
-pub const HOSE_LAG_MS: f32 = 60.0;
-
 /// The board, the air and the fingers.
 #[derive(Clone)]
 pub struct MockBoard {
@@ -42,14 +39,14 @@ pub struct MockBoard {
     pub gauges: [GaugeState; 3],
     /// Gauge noise, uniform, ± µε.
     pub noise_ue: f32,
-    /// Time constant of the valve and the hose, ms.
-    pub hose_lag_ms: f32,
     /// The supply line leaks: pressure never gets above this.
     pub leak_kpa: f32,
     /// The valve no longer moves.
     pub valve_stuck: bool,
     /// The valve gives this pressure, whatever it is told.
     pub valve_forced_kpa: Option<f32>,
+    /// Time constant of the air behind the valve, ms.
+    pub valve_lag_ms: f32,
     /// The monitor's wire carries this code instead of its signal.
     pub monitor_wire: Option<AdcCode>,
     /// The converter delivers nothing.
@@ -80,10 +77,10 @@ impl MockBoard {
             grip: [0.0; 3],
             gauges: [GaugeState::Good; 3],
             noise_ue: 30.0,
-            hose_lag_ms: HOSE_LAG_MS,
             leak_kpa: f32::MAX,
             valve_stuck: false,
             valve_forced_kpa: None,
+            valve_lag_ms: 60.0,
             monitor_wire: None,
             late: false,
             overrun: false,
@@ -208,7 +205,7 @@ impl MockBoard {
                 .unwrap_or_else(|| self.commanded_kpa());
         }
         self.pressure_kpa +=
-            (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / self.hose_lag_ms;
+            (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / self.valve_lag_ms;
         self.inflated_kpa += (self.pressure_kpa - self.inflated_kpa) / 80.0;
         let [bend, rate] = &mut self.bend;
         *rate += 1e-3 * (1_369.0 * (self.inflated_kpa - *bend) - 33.3 * *rate);

@@ -43,6 +43,7 @@ impl TimedEvent {
             | Event::Regripping
             | Event::AirLoss
             | Event::Tared
+            | Event::TareDue
             | Event::Acknowledged => {}
         }
         value
@@ -79,6 +80,9 @@ impl TimedEvent {
             },
             Event::Refused(refusal) => format!("command refused: {refusal:?}"),
             Event::Tared => "gauges zeroed".into(),
+            Event::TareDue => {
+                "TARE DUE: a gauge's zero has moved, or something leans on a finger".into()
+            }
             Event::Acknowledged => "acknowledged".into(),
         }
     }
@@ -112,6 +116,7 @@ pub fn name(event: &Event) -> &'static str {
         Event::Fault { .. } => "fault",
         Event::Refused(_) => "refused",
         Event::Tared => "tared",
+        Event::TareDue => "tare_due",
         Event::Acknowledged => "acknowledged",
     }
 }

@@ -2,7 +2,7 @@
 //! each command, one end to each tare, no event without room, no number that is none.
 
 use crate::torture::{Breach, must};
-use softgrip::command::Refusal;
+use softgrip::command::{Answer, Refusal};
 use softgrip::fault::Fault;
 use softgrip::frontend::FrontEnd;
 use softgrip::grasp::{Loss, State};
@@ -65,9 +65,9 @@ impl Limits {
             outputs.events.clone()
         })?;
         must(
-            is_answered(command, outputs) == (command != Command::Continue),
+            outputs.answer.is_some() == (command != Command::Continue),
             "every command has one answer",
-            || (command, outputs.events.clone()),
+            || (command, outputs.answer),
         )?;
         if let Some(name) = not_finite(outputs) {
             return Err(Breach::of("every number is finite", (name, outputs)));
@@ -159,29 +159,18 @@ impl Limits {
             *ticks += 1;
             must(*ticks < TARE_TICKS, "a tare ends", || *ticks)?;
         }
-        if command == Command::Tare && !is_refused(outputs) {
+        if command == Command::Tare && outputs.answer == Some(Answer::Accepted) {
             self.tare = Some(0);
         }
         Ok(())
     }
 }
 
-/// Whether the command of this tick has its answer.
-fn is_answered(command: Command, _outputs: &Outputs) -> bool {
-    // MERGE: `outputs.answer.is_some()`.
-    command != Command::Continue
-}
-
-/// Whether the command of this tick was refused.
-fn is_refused(outputs: &Outputs) -> bool {
-    outputs
-        .events
-        .iter()
-        .any(|event| matches!(event, Event::Refused(Refusal::NotIdle)))
-}
-
 fn ends_tare(event: &Event) -> bool {
-    matches!(event, Event::Tared | Event::Refused(Refusal::TareRejected))
+    matches!(
+        event,
+        Event::Tared | Event::Refused(Refusal::TareRejected(_))
+    )
 }
 
 /// The name of a number that is none.

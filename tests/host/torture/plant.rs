@@ -81,7 +81,7 @@ pub struct Plant {
 impl Plant {
     pub fn new(board: MockBoard) -> Self {
         Self {
-            hose_lag_ms: board.hose_lag_ms,
+            hose_lag_ms: board.valve_lag_ms,
             board,
             object: Object::Out(Exit::Fall, u16::MAX, [false; 3]),
             late_ticks: 0,
@@ -104,11 +104,11 @@ impl Plant {
             Happening::Gauge(finger, state) => board.gauges[finger] = state,
             Happening::ValveStuck => board.valve_stuck = true,
             Happening::ValveForced(kpa) => board.valve_forced_kpa = Some(kpa),
-            Happening::ValveLag(factor) => board.hose_lag_ms = factor * self.hose_lag_ms,
+            Happening::ValveLag(factor) => board.valve_lag_ms = factor * self.hose_lag_ms,
             Happening::Leak(kpa) => board.leak_kpa = kpa,
             Happening::Burst => {
                 board.leak_kpa = 0.0;
-                board.hose_lag_ms = BURST_MS;
+                board.valve_lag_ms = BURST_MS;
             }
             Happening::AirRepaired => self.repair_air(),
             Happening::SupplyDip(ticks) => self.dip_ticks = ticks,
@@ -130,7 +130,7 @@ impl Plant {
         self.board.valve_stuck = false;
         self.board.valve_forced_kpa = None;
         self.board.leak_kpa = f32::MAX;
-        self.board.hose_lag_ms = self.hose_lag_ms;
+        self.board.valve_lag_ms = self.hose_lag_ms;
     }
 
     fn leave(&mut self, exit: Exit) {

@@ -106,7 +106,7 @@ impl Season {
     fn player(&self, start: Start) -> Player {
         let mut board = MockBoard::new(self.settings);
         board.noise_ue = self.noise_ue;
-        board.hose_lag_ms = self.hose_lag_ms;
+        board.valve_lag_ms = self.hose_lag_ms;
         let mut player = Player {
             plant: Plant::new(board),
             limits: Limits::new(&self.settings, None),
