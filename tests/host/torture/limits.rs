@@ -36,7 +36,7 @@ pub struct Limits {
     fault: Option<Fault>,
     lost: Option<Loss>,
     gauge_failed: bool,
-    /// Ticks since a tare was begun that has not ended.
+    /// Ticks with a usable gauge since a tare was begun that has not ended.
     tare: Option<u32>,
 }
 
@@ -156,7 +156,7 @@ impl Limits {
             must(self.tare.take().is_some(), "a tare ends once", || *event)?;
         }
         if let Some(ticks) = &mut self.tare {
-            *ticks += 1;
+            *ticks += u32::from(outputs.snapshot.residual.iter().any(Option::is_some));
             must(*ticks < TARE_TICKS, "a tare ends", || *ticks)?;
         }
         if command == Command::Tare && outputs.answer == Some(Answer::Accepted) {

@@ -74,7 +74,7 @@ impl Promises {
         if command == Command::Acknowledge {
             self.failed = [false; 3];
         }
-        if matches!(state, State::Idle | State::Releasing { .. }) && command == Command::Release {
+        if command == Command::Release && state.target().0 <= 0.0 {
             self.holds = false;
         }
         for event in outputs.events.iter() {

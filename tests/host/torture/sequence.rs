@@ -86,8 +86,11 @@ impl Player {
     /// Everything is repaired, and after an acknowledgement the gripper grips again.
     fn recover(&mut self, season: &Season, run: &mut Run) -> Result<(), Breach> {
         self.plant.repair();
-        self.plant.happen(Happening::Fall);
-        for _ in 0..REPAIRED_TICKS {
+        for tick in 0..REPAIRED_TICKS {
+            // What was just being put in is there by now.
+            if tick == 50 {
+                self.plant.happen(Happening::Fall);
+            }
             run.step(self, None)?;
         }
         run.step(self, Some(Command::Acknowledge))?;
