@@ -26,9 +26,8 @@ pub struct Promises {
     gone: bool,
     /// The pressure was too low at some time since.
     weak: bool,
-    /// Fingers that carry the object with a gauge that has been good since.
+    /// Fingers that carry the object with a gauge that has been good, and used, since.
     trusted: [bool; 3],
-    failed: [bool; 3],
     /// Usable ticks since an object fell that is still said to be held, at rest and while the pressure changes.
     owed: Option<(u32, u32)>,
     pub tally: Tally,
@@ -68,22 +67,30 @@ impl Promises {
         let state = outputs.snapshot.state;
         self.gone |= !plant.is_carried();
         self.weak |= state.target().0 > 0.0 && state.target().0 < WEAK_KPA;
-        for (trusted, gauge) in self.trusted.iter_mut().zip(plant.board.gauges) {
-            *trusted &= gauge == GaugeState::Good;
-        }
-        if command == Command::Acknowledge {
-            self.failed = [false; 3];
+        let good = std::array::from_fn(|i| {
+            let used = outputs.snapshot.residual[i].is_some() || plant.is_blind();
+            used && plant.board.gauges[i] == GaugeState::Good
+        });
+        for (trusted, good) in self.trusted.iter_mut().zip(good) {
+            *trusted &= good;
         }
         if command == Command::Release && state.target().0 <= 0.0 {
             self.holds = false;
         }
         for event in outputs.events.iter() {
-            self.hear(plant, event, &state)?;
+            self.hear(plant, event, &state, good)?;
         }
         self.count(plant, &state)
     }
 
-    fn hear(&mut self, plant: &Plant, event: &Event, state: &State) -> Result<(), Breach> {
+    /// `good`: fingers whose gauge is good, and used.
+    fn hear(
+        &mut self,
+        plant: &Plant,
+        event: &Event,
+        state: &State,
+        good: [bool; 3],
+    ) -> Result<(), Breach> {
         match event {
             Event::Holding { .. } => {
                 must(
@@ -96,9 +103,7 @@ impl Promises {
                 self.gone = !plant.is_carried();
                 self.weak = state.target().0 < WEAK_KPA;
                 let (Object::In(_, fingers) | Object::Out(_, _, fingers)) = plant.object;
-                self.trusted = std::array::from_fn(|i| {
-                    fingers[i] && !self.failed[i] && plant.board.gauges[i] == GaugeState::Good
-                });
+                self.trusted = std::array::from_fn(|i| fingers[i] && good[i]);
             }
             Event::Lost(loss) => {
                 must(self.holds, "only what is held is lost", || *loss)?;
@@ -118,12 +123,6 @@ impl Promises {
                 let right = !self.holds || self.weak;
                 must(right, "what was held is lost, not empty", || *state)?;
                 self.holds = false;
-            }
-            Event::Fault {
-                finger: Some(i), ..
-            } => {
-                self.failed[usize::from(*i)] = true;
-                self.trusted[usize::from(*i)] = false;
             }
             Event::Fault {
                 fault,
