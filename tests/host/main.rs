@@ -2,6 +2,10 @@
 
 mod commands;
 mod faults;
+mod hostile;
 mod mock;
 mod properties;
+mod repeats;
 mod scenarios;
+mod sequences;
+mod torture;
