@@ -104,8 +104,10 @@ const NOISY_UE: f32 = 1_200.0;
 /// Averaging time of noise that comes suddenly, ms: long enough not to take 400 µε for `NOISY_UE`, short
 /// enough for 20 ms.
 const BURST_MS: f32 = 8.0;
-/// Noise has suddenly grown when it exceeds its usual variance by this: the average over a burst's time
-/// varies by two thirds, and 4 lies beyond all that it does by itself.
+/// Averaging time of the noise of the last few ticks, ms.
+const JITTER_MS: f32 = 4.0;
+/// Noise has suddenly grown when it exceeds its usual variance by this: an average over eight samples
+/// does so once in ten thousand by itself.
 const OUTBREAK: f32 = 4.0;
 /// Fastest believable fall of the pressure in one tick, as a share: a hose that bursts at the gripper empties
 /// it with a time constant of some 10 ms, and a wire that comes off lets the input's 3 ms filter empty.
@@ -126,12 +128,14 @@ struct Channel {
     lively: f32,
     difference_variance: f32,
     burst_variance: f32,
-    /// Of noise alone, averaged like a burst: from second differences, which a strain that moves does not
-    /// have.
+    /// Of noise alone: from second differences, which a strain that moves does not
+    /// have, over [`JITTER_MS`].
     jitter_variance: f32,
     last_difference: f32,
     suspect: Option<(GaugeFault, u16)>,
     failed: Option<GaugeFault>,
+    /// It had failed before this tick.
+    latched: bool,
     /// The failure has been acknowledged, and ends with its cause.
     acknowledged: bool,
 }
@@ -157,6 +161,7 @@ pub struct Conditioner {
 struct Gains {
     statistics: f32,
     burst: f32,
+    jitter: f32,
 }
 
 impl Conditioner {
@@ -175,6 +180,7 @@ impl Conditioner {
             last_difference: 0.0,
             suspect: None,
             failed: None,
+            latched: false,
             acknowledged: false,
         };
         Self {
@@ -186,6 +192,7 @@ impl Conditioner {
             gains: Gains {
                 statistics: lag_gain(STATISTICS_MS),
                 burst: lag_gain(BURST_MS),
+                jitter: lag_gain(JITTER_MS),
             },
             stale_ticks: 0,
         }
@@ -235,11 +242,11 @@ impl Conditioner {
         }
     }
 
-    /// Somebody has seen which gauges have failed: each failure ends with its cause, now or later. No clock
+    /// Somebody has seen which gauges had failed before the last tick: each failure ends with its cause, now or later. No clock
     /// starts again.
     pub fn acknowledge(&mut self) {
         for channel in &mut self.channels {
-            channel.acknowledged = channel.failed.is_some();
+            channel.acknowledged |= channel.latched;
         }
     }
 
@@ -301,6 +308,7 @@ impl Channel {
         free_strain: Option<Microstrain>,
         gains: Gains,
     ) -> Gauge {
+        self.latched = self.failed.is_some();
         self.watch_for_change(code, free_strain, gains.statistics);
         let raw = front_end.strain(code).0;
         self.seen = self.seen.saturating_add(1);
@@ -331,6 +339,7 @@ impl Channel {
         };
         if self.acknowledged && self.suspect.is_none() {
             self.failed = None;
+            self.latched = false;
             self.acknowledged = false;
         }
         if let Some(fault) = self.failed {
@@ -390,7 +399,7 @@ impl Channel {
         let second = difference - self.last_difference;
         self.last_difference = difference;
         // White noise of variance σ² has second differences of variance 6σ².
-        self.jitter_variance += gains.burst * (second * second / 6.0 - self.jitter_variance);
+        self.jitter_variance += gains.jitter * (second * second / 6.0 - self.jitter_variance);
         self.measure_burst(square, gains);
     }
 
@@ -638,6 +647,7 @@ mod tests {
         // Acknowledged while it is still broken, it comes back when it is repaired.
         let found = fails(&mut conditioner, 5, |_| 0.0, |_| open);
         assert_eq!(found, Some((3, GaugeFault::Open)));
+        step(&mut conditioner, &open, 0.0);
         conditioner.acknowledge();
         let reading = step(&mut conditioner, &open, 0.0);
         assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));

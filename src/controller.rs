@@ -83,10 +83,8 @@ impl Controller {
         let (table, active) = (self.table, &self.active);
         let mut events = Events::new();
         let before = self.supervisor.state();
-        match command {
-            Command::Motion(motion) => self.motion = motion,
-            Command::Acknowledge => self.conditioner.acknowledge(),
-            _ => {}
+        if let Command::Motion(motion) = command {
+            self.motion = motion;
         }
 
         let expected = Expected {
@@ -103,6 +101,7 @@ impl Controller {
         let air = self.regulator.observe(now, reading.monitor);
         let watch = before.is_holding().then_some(Watch {
             motion: self.motion,
+            carrying: self.supervisor.carrying(),
             pressure_changes: matches!(before, State::Closing { reached: None, .. }),
         });
         let noise = self.conditioner.noise_variance();
@@ -123,8 +122,10 @@ impl Controller {
         let answer = self
             .supervisor
             .step(now, command, &situation, table, active, &mut events);
-        if command == Command::Tare && answer == Some(Answer::Accepted) {
-            self.zero.start_tare();
+        match (command, answer) {
+            (Command::Tare, Some(Answer::Accepted)) => self.zero.start_tare(),
+            (Command::Acknowledge, Some(Answer::Accepted)) => self.conditioner.acknowledge(),
+            _ => {}
         }
 
         let state = self.supervisor.state();

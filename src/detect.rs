@@ -70,6 +70,8 @@ pub enum LossCause {
 pub struct Watch {
     /// What the arm does.
     pub motion: Motion,
+    /// Fingers that touched when the hold was recognised.
+    pub carrying: [bool; FINGERS],
     /// The pressure is on its way to another set-point, so a residual that drifts is no slip, and air that
     /// lags behind is no air loss.
     pub pressure_changes: bool,
@@ -280,6 +282,7 @@ impl Detector {
         self.free += self.plateau_gain * (contact.free.0 - self.free);
         let Some(Watch {
             motion,
+            carrying,
             pressure_changes,
         }) = watch
         else {
@@ -300,10 +303,15 @@ impl Detector {
         {
             self.hold = None;
         }
+        // A finger that did not touch is no part of the grip, even if what it felt before still fades.
+        let plateau: [f32; FINGERS] = core::array::from_fn(|i| match carrying[i] {
+            true => self.plateau[i],
+            false => 0.0,
+        });
         let hold = self.hold.get_or_insert(Hold {
             since: now,
-            plateau: self.plateau,
-            lately: self.plateau,
+            plateau,
+            lately: plateau,
             free: Microstrain(self.free),
             level: 1.0,
             rate: 0.0,
@@ -322,7 +330,7 @@ impl Detector {
         if settling {
             // While the fingers follow the last of the pressure, the grip still tightens.
             hold.free.0 = hold.free.0.max(contact.free.0);
-            for (held, plateau) in hold.plateau.iter_mut().zip(self.plateau) {
+            for (held, plateau) in hold.plateau.iter_mut().zip(plateau) {
                 *held = held.max(plateau);
             }
         }
@@ -478,11 +486,13 @@ mod tests {
                 free: self.free,
                 bend: Degrees(0.0),
                 range: Range::Inside,
+                known: true,
             };
             let now = Instant::from_micros(1_000 * self.tick);
             let noise = [400.0; 3];
             let watch = holding.then_some(Watch {
                 motion: self.motion,
+                carrying: [true; 3],
                 pressure_changes: false,
             });
             self.detector

@@ -23,6 +23,8 @@ pub struct Contact {
     pub bend: Degrees,
     /// Whether the pressure was inside the table.
     pub range: Range,
+    /// The pressure has been known for so long that the finger's shape is, too.
+    pub known: bool,
 }
 
 impl Contact {
@@ -51,6 +53,11 @@ pub(crate) const OPEN_KPA: f32 = 6.0;
 const RELEASE_SHARE: f32 = 0.6;
 /// Contact must come or go for this long: longer than a spike, shorter than anything that matters.
 const DEBOUNCE_TICKS: u8 = 5;
+
+/// The pressure may be unknown for this long before the shape that follows it is: a quarter of its lag.
+const BLIND_TICKS: u16 = 20;
+/// The shape has then to be waited for: five time constants of the finger's lag.
+const KNOWN_AFTER_TICKS: u16 = 500;
 
 /// The finger behind the pressure: the air's first-order lag, then the finger's swing.
 #[derive(Debug, Clone, Copy)]
@@ -101,6 +108,8 @@ impl Touch {
 pub struct Estimator {
     /// Unknown before the first measurement.
     lag: Option<Lag>,
+    blind_ticks: u16,
+    unknown_ticks: u16,
     touches: [Touch; FINGERS],
     bend: Degrees,
 }
@@ -110,6 +119,8 @@ impl Estimator {
     pub fn new() -> Self {
         Self {
             lag: None,
+            blind_ticks: 0,
+            unknown_ticks: 0,
             touches: [Touch::default(); FINGERS],
             bend: Degrees(0.0),
         }
@@ -138,6 +149,12 @@ impl Estimator {
                 rate_kpa: 0.0,
             });
             lag.step(pressure, active);
+            self.unknown_ticks = match core::mem::take(&mut self.blind_ticks) {
+                BLIND_TICKS.. => KNOWN_AFTER_TICKS,
+                _ => self.unknown_ticks.saturating_sub(1),
+            };
+        } else {
+            self.blind_ticks = self.blind_ticks.saturating_add(1);
         }
         let pressure = self.lagged_pressure();
         let (free, range) = table.free_strain(pressure);
@@ -179,6 +196,7 @@ impl Estimator {
             free,
             bend: self.bend,
             range,
+            known: self.blind_ticks < BLIND_TICKS && self.unknown_ticks == 0,
         }
     }
 }

@@ -100,6 +100,14 @@ impl State {
         }
     }
 
+    /// The fault that is latched.
+    pub fn fault(&self) -> Option<Fault> {
+        match *self {
+            Self::Fault { fault, .. } => Some(fault),
+            _ => None,
+        }
+    }
+
     /// Whether nothing but zero may be commanded: a fault that has let the air out.
     pub fn is_vented(&self) -> bool {
         matches!(self, Self::Fault { target, .. } if target.0 <= 0.0)
@@ -162,6 +170,8 @@ pub struct Supervisor {
     /// When the robot last said something; unknown before the first tick.
     heard: Option<Instant>,
     touched: [bool; FINGERS],
+    /// Fingers that touched when the hold was recognised.
+    carrying: [bool; FINGERS],
     failed: [bool; FINGERS],
     supply_ticks: u16,
     tare_was_due: bool,
@@ -191,6 +201,7 @@ impl Supervisor {
             slipping: false,
             heard: None,
             touched: [false; FINGERS],
+            carrying: [false; FINGERS],
             failed: [false; FINGERS],
             supply_ticks: 0,
             tare_was_due: false,
@@ -208,6 +219,11 @@ impl Supervisor {
     /// The loss that is latched.
     pub fn lost(&self) -> Option<Loss> {
         self.lost
+    }
+
+    /// Fingers that touched when the present hold was recognised.
+    pub fn carrying(&self) -> [bool; FINGERS] {
+        self.carrying
     }
 
     /// What the present grip was asked to carry.
@@ -243,11 +259,12 @@ impl Supervisor {
         self.report_gauges(situation.reading, events);
         self.report_zero(situation, events);
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
-        let latched = matches!(self.state, State::Fault { .. });
+        let latched = self.state.fault();
         let cause = self.find_fault(now, situation, active);
         if let Some(fault) = cause {
             self.enter_fault(fault, situation.air, active, events);
         }
+        self.leave_fault(now, cause, situation, events);
         // A command comes before the verdict: what the robot lets go in this tick is not lost.
         let answer = match command {
             Command::Continue => None,
@@ -257,7 +274,6 @@ impl Supervisor {
                 Some(self.obey(now, command, situation, table, active, events))
             }
         };
-        self.leave_fault(now, cause, situation, events);
         self.advance(now, situation, active, events);
         answer
     }
@@ -309,20 +325,19 @@ impl Supervisor {
                     }
                     return;
                 };
-                // Air that is going is no object that is.
-                if now.micros_since(since) < active.settle_us || situation.deviating_us > 0 {
+                // Air that is going is no object that is, and without its pressure a finger feels nothing.
+                let settled = now.micros_since(since) >= active.settle_us;
+                if !settled || situation.deviating_us > 0 || !contact.known {
                     return;
                 }
                 let needed = match purpose {
                     Purpose::Grip | Purpose::Regrip => FINGERS_OF_A_GRIP,
-                    // What is held by two fingers is still held when the gauge of one of them fails.
-                    Purpose::Change => {
-                        let failed = FINGERS.saturating_sub(contact.usable_count());
-                        FINGERS_OF_A_GRIP.saturating_sub(failed).max(1)
-                    }
+                    // What two fingers hold is still held when the gauge of one of them fails.
+                    Purpose::Change => self.living_carriers(contact).clamp(1, FINGERS_OF_A_GRIP),
                 };
                 if contact.touching_count() >= needed {
                     self.slipping = false;
+                    self.carrying = contact.touching;
                     self.state = State::Holding { target, since: now };
                     events.add(Event::Holding {
                         touching: contact.touching,
@@ -405,6 +420,16 @@ impl Supervisor {
             }
             OnLoss::Hold | OnLoss::Regrip => State::Empty { target },
         };
+    }
+
+    /// Fingers that carry what is held, with a gauge that is usable.
+    fn living_carriers(&self, contact: &Contact) -> usize {
+        let living = contact.residual.map(|residual| residual.is_some());
+        let mut count = 0usize;
+        for (carries, lives) in self.carrying.into_iter().zip(living) {
+            count = count.saturating_add((carries && lives).into());
+        }
+        count
     }
 
     fn report_touch(&mut self, contact: &Contact, events: &mut Events) {

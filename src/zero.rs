@@ -321,6 +321,7 @@ mod tests {
             free: Microstrain(0.0),
             bend: Degrees(0.0),
             range: Range::Inside,
+            known: true,
         };
         zero.step(&reading, &contact, idle, CONTACT_UE)
     }

@@ -51,6 +51,10 @@ impl Supervisor {
                 Answer::Accepted | Answer::Unchanged => Answer::Unchanged,
             };
         }
+        if asked.is_none() {
+            // An acknowledgement after something new is a new one.
+            self.acknowledged = None;
+        }
         let answer = match command {
             Command::Grip(grip) => self.grip(grip, asked.is_some(), table, active),
             Command::Release => self.release(now, situation.contact, events),
@@ -149,11 +153,11 @@ impl Supervisor {
 
     /// Somebody has seen what is latched: a loss is cleared, a fault ends with its cause, now or later (as
     /// ISA 18.2 has it for alarms). No clock starts again, so acknowledging all the time hides nothing.
-    /// `latched`: a fault was latched before this tick.
+    /// `latched`: the fault that was latched before this tick.
     pub(super) fn acknowledge(
         &mut self,
         now: Instant,
-        latched: bool,
+        latched: Option<Fault>,
         reading: &Reading,
         events: &mut Events,
     ) -> Answer {
@@ -168,12 +172,12 @@ impl Supervisor {
             .gauges
             .map(|gauge| matches!(gauge, Gauge::Failed(_)));
         let gauges = failed.contains(&true) || self.failed != failed;
-        if latched || gauges || self.lost.take().is_some() {
+        if latched.is_some() || gauges || self.lost.take().is_some() {
             // From here on the robot's last command is a new one.
             self.asked = None;
         }
         self.lost = None;
-        self.fault_was_seen = latched;
+        self.fault_was_seen = latched.is_some() && latched == self.state.fault();
         events.add(Event::Acknowledged);
         Answer::Accepted
     }

@@ -212,6 +212,7 @@ fn a_stop_that_is_acknowledged_leaves_what_else_is_wrong_latched() {
     board.supply_v = 15.0;
     board.run(100);
     board.step(Command::Acknowledge);
+    board.run(1);
     assert!(matches!(
         board.state(),
         State::Fault {

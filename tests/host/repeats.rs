@@ -4,7 +4,6 @@
 use crate::mock::{GaugeState, MockBoard};
 use crate::torture::plant::{Happening, Plant};
 use proptest::prelude::*;
-use softgrip::command::Motion;
 use softgrip::settings::{OnFault, OnLoss, Settings};
 use softgrip::telemetry::Event;
 use softgrip::units::{AdcCode, Degrees, Kilopascals};
@@ -28,8 +27,6 @@ fn any_command() -> impl Strategy<Value = Command> {
         2 => Just(Command::Stop),
         3 => Just(Command::Acknowledge),
         1 => Just(Command::Tare),
-        1 => Just(Command::Alive),
-        1 => prop_oneof![Just(Motion::Still), Just(Motion::Moving)].prop_map(Command::Motion),
     ]
 }
 
@@ -115,7 +112,13 @@ proptest! {
             latest = new.unwrap_or(latest);
             let repeats = new.is_some() || again == tick;
             if repeats {
-                again = tick + intervals.next().expect("it goes on for ever");
+                let interval = *intervals.next().expect("it goes on for ever");
+                again = tick
+                    + match latest {
+                        // A button that is pressed more slowly than three times a second is pressed again.
+                        Command::Acknowledge => interval.min(299),
+                        _ => interval,
+                    };
             }
             let expected = once.step(new.unwrap_or(Command::Continue));
             let found = repeated.step(if repeats { latest } else { Command::Continue });

@@ -1,7 +1,7 @@
 //! Recorded traces through the controller.
 
+use softgrip::detect::Loss;
 use softgrip::frontend::FrontEnd;
-use softgrip::grasp::Loss;
 use softgrip::units::{AdcCode, Instant, Kilopascals, Microstrain, Volts};
 use softgrip::{Command, Controller, Grip, RawFrame, TICK_US};
 

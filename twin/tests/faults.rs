@@ -1,10 +1,10 @@
 //! What each fault does to the air and to the converter's codes, and how a run with faults is judged.
 
 use finger::chain::Chain;
+use softgrip::detect::Loss;
 use softgrip::detect::LossCause;
 use softgrip::fault::Fault;
 use softgrip::frontend::FrontEnd;
-use softgrip::grasp::Loss;
 use softgrip::telemetry::Event;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{FINGERS, RawFrame};

@@ -3,9 +3,10 @@
 
 use crate::torture::{Breach, must};
 use softgrip::command::{Answer, Refusal};
+use softgrip::detect::Loss;
 use softgrip::fault::Fault;
 use softgrip::frontend::FrontEnd;
-use softgrip::grasp::{Loss, State};
+use softgrip::grasp::State;
 use softgrip::settings::Settings;
 use softgrip::telemetry::Event;
 use softgrip::{Command, Outputs};
@@ -34,6 +35,8 @@ pub struct Limits {
     dac_kpa: f32,
     measured_kpa: f32,
     fault: Option<Fault>,
+    /// It has been acknowledged.
+    fault_was_seen: bool,
     lost: Option<Loss>,
     gauge_failed: bool,
     /// Ticks with a usable gauge since a tare was begun that has not ended.
@@ -48,6 +51,7 @@ impl Limits {
             dac_kpa: 0.0,
             measured_kpa: 0.0,
             fault,
+            fault_was_seen: false,
             lost: None,
             gauge_failed: false,
             tare: None,
@@ -106,19 +110,22 @@ impl Limits {
 
     fn check_latches(&mut self, command: Command, outputs: &Outputs) -> Result<(), Breach> {
         let acknowledged = command == Command::Acknowledge;
+        // An acknowledged fault ends with its cause; a stop that comes after it is a new one.
+        self.fault_was_seen |= acknowledged && self.fault.is_some();
         let snapshot = &outputs.snapshot;
         let fault = match snapshot.state {
             State::Fault { fault, .. } => Some(fault),
             _ => None,
         };
         if let Some(before) = self.fault {
-            let may_go = acknowledged && before.rule().acknowledges;
+            let may_go = self.fault_was_seen && before.rule().acknowledges;
             must(
                 fault == Some(before) || may_go,
                 "a fault is latched until it is acknowledged",
                 || (before, snapshot.state),
             )?;
         }
+        self.fault_was_seen &= fault.is_some() && fault == self.fault && command != Command::Stop;
         self.fault = fault;
 
         must(

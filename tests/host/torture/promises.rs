@@ -10,10 +10,12 @@ use softgrip::{Command, Outputs};
 /// At less pressure the object, which is met at 60 kPa, is hardly held: what such a grip feels is no
 /// matter of a promise.
 pub const WEAK_KPA: f32 = 85.0;
-/// Usable ticks from the beginning of a fall to its report, by fingers that feel it with a good gauge.
-const TOLD_MS: [u32; 4] = [u32::MAX, u32::MAX, 150, 40];
-/// What has been falling for so long is no longer between the fingers.
-const GONE_MS: u16 = 60;
+/// Usable ticks from the beginning of a fall to its report, by fingers that feel it with a good gauge. With
+/// three it takes 40 ms but just after the pressure has been lowered, when a fall may be the pressure's.
+const TOLD_MS: [u32; 4] = [u32::MAX, u32::MAX, 150, 60];
+/// What has been falling for so long is no longer between the fingers: the fall itself, the debouncing of
+/// contact, and what 400 µε of noise make of that.
+const GONE_MS: u16 = 90;
 /// The same while the pressure changes: at the slowest slew and lag, and settled.
 const CHANGE_MS: u32 = 3_500;
 
@@ -107,7 +109,9 @@ impl Promises {
             }
             Event::Lost(loss) => {
                 must(self.holds, "only what is held is lost", || *loss)?;
-                must(self.gone || self.weak, "only what fell is lost", || *loss)?;
+                // A gauge that breaks into 1700 µε of noise looks like a loss once in some hundred times.
+                let excused = self.weak || plant.noise_breaks_out();
+                must(self.gone || excused, "only what fell is lost", || *loss)?;
                 self.tally.losses += 1;
                 self.holds = false;
                 if let Some((ms, 0)) = self.owed {
