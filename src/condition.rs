@@ -20,6 +20,9 @@ pub struct RawFrame {
     pub scans: u16,
     /// The converter lost data, so channels may be mixed up.
     pub overrun: bool,
+    /// The gauges' codes stand for a tick in which none was measured, as between two rows of a slow trace:
+    /// nothing is concluded from how they change. A converter never says so.
+    pub carried: bool,
 }
 
 /// One gauge in one tick.
@@ -91,6 +94,9 @@ const CLIP_TICKS: u16 = 15;
 /// Fastest believable change. A lost object lets the strain run at 140 µε per tick (4 200 µε in 30 ms);
 /// five sigma of the difference of two readings with 400 µε of noise are 2 800 µε.
 const JUMP_UE: f32 = 4_000.0;
+/// That strain per tick, and for how many ticks [`JUMP_UE`] is enough for it.
+const FASTEST_UE: f32 = 140.0;
+const NEAR_TICKS: f32 = 10.0;
 /// A gauge may jump for this long after start-up, while amplifiers and filters charge.
 const WARM_UP_TICKS: u16 = 100;
 /// A gauge that always flickers and then shows one code for this long is stuck.
@@ -152,6 +158,8 @@ pub struct Conditioner {
     tare: Option<Tare>,
     gains: Gains,
     stale_ticks: u32,
+    /// Ticks that one measurement stands for: one, or more in a slow trace.
+    spacing: f32,
 }
 
 /// Of the averages over [`STATISTICS_MS`] and [`BURST_MS`].
@@ -159,6 +167,24 @@ pub struct Conditioner {
 struct Gains {
     statistics: f32,
     burst: f32,
+    /// What a measurement's noise counts for: noise that stands for so many ticks does not average out
+    /// over them.
+    weight: f32,
+    /// What a finger may have moved between two measurements beyond [`JUMP_UE`], µε.
+    way_ue: f32,
+}
+
+impl Gains {
+    /// For measurements that are so many ticks apart. A burst of noise is told by so many measurements,
+    /// not by so much time.
+    fn over(self, spacing: f32) -> Self {
+        Self {
+            statistics: (spacing * self.statistics).min(1.0),
+            weight: spacing,
+            way_ue: FASTEST_UE * (spacing - NEAR_TICKS).max(0.0),
+            ..self
+        }
+    }
 }
 
 impl Conditioner {
@@ -187,8 +213,11 @@ impl Conditioner {
             gains: Gains {
                 statistics: lag_gain(STATISTICS_MS),
                 burst: lag_gain(BURST_MS),
+                weight: 1.0,
+                way_ue: 0.0,
             },
             stale_ticks: 0,
+            spacing: 1.0,
         }
     }
 
@@ -214,12 +243,19 @@ impl Conditioner {
             };
         }
         self.stale_ticks = 0;
-        let gains = self.gains;
         let mut gauges = [Gauge::Missing; FINGERS];
-        for ((gauge, channel), &code) in
-            gauges.iter_mut().zip(&mut self.channels).zip(&frame.gauges)
-        {
-            *gauge = channel.step(code, front_end, free_strain, gains);
+        let channels = self.channels.iter_mut().zip(&frame.gauges);
+        if frame.carried {
+            self.spacing += 1.0;
+            for (gauge, (channel, &code)) in gauges.iter_mut().zip(channels) {
+                *gauge = channel.carry(code, front_end);
+            }
+        } else {
+            let gains = self.gains.over(self.spacing);
+            self.spacing = 1.0;
+            for (gauge, (channel, &code)) in gauges.iter_mut().zip(channels) {
+                *gauge = channel.step(code, front_end, free_strain, gains);
+            }
         }
         Reading {
             gauges,
@@ -336,7 +372,7 @@ impl Channel {
         let jumped = self.seen > WARM_UP_TICKS
             && self
                 .last_valid
-                .is_some_and(|last| (strain - last).abs() > JUMP_UE);
+                .is_some_and(|last| (strain - last).abs() > JUMP_UE + gains.way_ue);
         let suspicion = if code < front_end.gauge_short_below {
             Some(GaugeFault::Short)
         } else if code > front_end.gauge_open_above {
@@ -387,13 +423,31 @@ impl Channel {
         Gauge::Failed(fault)
     }
 
+    /// A tick without a measurement of its own: what the last one was is what this one is.
+    fn carry(&self, code: AdcCode, front_end: &FrontEnd) -> Gauge {
+        let strain = front_end.strain(code).0 - self.offset;
+        let jumped = self
+            .last_valid
+            .is_some_and(|last| (strain - last).abs() > JUMP_UE);
+        match (self.failed, self.suspect) {
+            (Some(fault), _) => Gauge::Failed(fault),
+            (None, Some((GaugeFault::Saturated, _))) if !jumped => {
+                Gauge::Valid(Microstrain(strain))
+            }
+            (None, Some(_)) => Gauge::Missing,
+            (None, None) => Gauge::Valid(Microstrain(strain)),
+        }
+    }
+
     fn measure_noise(&mut self, strain: f32, gains: Gains) {
         let Some(last) = self.last_valid else {
             return;
         };
         let square = (strain - last) * (strain - last);
-        self.difference_variance += gains.statistics * (square - self.difference_variance);
-        self.measure_burst(square, gains);
+        let weighted = gains.weight * square;
+        self.difference_variance += gains.statistics * (weighted - self.difference_variance);
+        let beyond = ((strain - last).abs() - gains.way_ue).max(0.0);
+        self.measure_burst(beyond * beyond, gains);
     }
 
     fn measure_burst(&mut self, square: f32, gains: Gains) {
@@ -442,6 +496,7 @@ mod tests {
             supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
             scans: 10,
             overrun: false,
+            carried: false,
         }
     }
 
