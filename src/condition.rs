@@ -94,9 +94,10 @@ const CLIP_TICKS: u16 = 15;
 /// Fastest believable change. A lost object lets the strain run at 140 µε per tick (4 200 µε in 30 ms);
 /// five sigma of the difference of two readings with 400 µε of noise are 2 800 µε.
 const JUMP_UE: f32 = 4_000.0;
-/// That strain per tick, and for how many ticks [`JUMP_UE`] is enough for it.
-const FASTEST_UE: f32 = 140.0;
+/// That holds for measurements up to so many ticks apart.
 const NEAR_TICKS: f32 = 10.0;
+/// What a finger that snaps free and swings makes of each tick more, µε: 2 700 in 10 ms, 5 200 in 20.
+const SWING_UE: f32 = 270.0;
 /// A gauge may jump for this long after start-up, while amplifiers and filters charge.
 const WARM_UP_TICKS: u16 = 100;
 /// A gauge that always flickers and then shows one code for this long is stuck.
@@ -170,8 +171,10 @@ struct Gains {
     /// What a measurement's noise counts for: noise that stands for so many ticks does not average out
     /// over them.
     weight: f32,
-    /// What a finger may have moved between two measurements beyond [`JUMP_UE`], µε.
-    way_ue: f32,
+    /// What may add to [`JUMP_UE`] between two measurements, µε.
+    jump_ue: f32,
+    /// What a swing may have moved a finger between two measurements, µε, without being noise.
+    swing_ue: f32,
 }
 
 impl Gains {
@@ -181,7 +184,8 @@ impl Gains {
         Self {
             statistics: (spacing * self.statistics).min(1.0),
             weight: spacing,
-            way_ue: FASTEST_UE * (spacing - NEAR_TICKS).max(0.0),
+            jump_ue: SWING_UE * (spacing - NEAR_TICKS).max(0.0),
+            swing_ue: SWING_UE * (spacing - 1.0),
             ..self
         }
     }
@@ -214,7 +218,8 @@ impl Conditioner {
                 statistics: lag_gain(STATISTICS_MS),
                 burst: lag_gain(BURST_MS),
                 weight: 1.0,
-                way_ue: 0.0,
+                jump_ue: 0.0,
+                swing_ue: 0.0,
             },
             stale_ticks: 0,
             spacing: 1.0,
@@ -372,7 +377,7 @@ impl Channel {
         let jumped = self.seen > WARM_UP_TICKS
             && self
                 .last_valid
-                .is_some_and(|last| (strain - last).abs() > JUMP_UE + gains.way_ue);
+                .is_some_and(|last| (strain - last).abs() > JUMP_UE + gains.jump_ue);
         let suspicion = if code < front_end.gauge_short_below {
             Some(GaugeFault::Short)
         } else if code > front_end.gauge_open_above {
@@ -446,7 +451,7 @@ impl Channel {
         let square = (strain - last) * (strain - last);
         let weighted = gains.weight * square;
         self.difference_variance += gains.statistics * (weighted - self.difference_variance);
-        let beyond = ((strain - last).abs() - gains.way_ue).max(0.0);
+        let beyond = ((strain - last).abs() - gains.swing_ue).max(0.0);
         self.measure_burst(beyond * beyond, gains);
     }
 

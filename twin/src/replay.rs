@@ -55,7 +55,7 @@ pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
 /// The trace at every control tick: the mean of the rows since the last tick, or the straight line
 /// between two rows that are further apart, which is nothing measured. The set-point is a step, so it keeps
 /// its last value.
-fn resample(rows: &[Row]) -> Vec<Row> {
+pub(crate) fn resample(rows: &[Row]) -> Vec<Row> {
     let tick_s = TICK_US as f64 * 1e-6;
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
         return Vec::new();
@@ -101,8 +101,8 @@ fn between(low: &Row, high: &Row, t_s: f64) -> Row {
     };
     let mix = |a: f64, b: f64| a + share * (b - a);
     // A jump that no finger makes is not on a line: the gauge has failed, or a spike comes.
-    let way_ue = FASTEST_UE_PER_S * (high.t_s - low.t_s);
-    let strain = |a: f64, b: f64| match (b - a).abs() > JUMP_UE.max(way_ue) {
+    let way_ue = SWING_UE_PER_S * (high.t_s - low.t_s - NEAR_S).max(0.0);
+    let strain = |a: f64, b: f64| match (b - a).abs() > JUMP_UE + way_ue {
         true => a,
         false => mix(a, b),
     };
@@ -114,10 +114,11 @@ fn between(low: &Row, high: &Row, t_s: f64) -> Row {
     }
 }
 
-/// A gauge that changes by more from one row to the next has jumped, as the controller has it, µε …
+/// A gauge that changes by more from one row to the next has jumped, as the controller has it, µε; rows that are
+/// further apart than this, s, leave a finger the time for more, µε/s.
 const JUMP_UE: f64 = 4_000.0;
-/// … where there was no time for that much, at what a finger that snaps free makes of it, µε/s.
-const FASTEST_UE_PER_S: f64 = 140_000.0;
+const NEAR_S: f64 = 0.010;
+const SWING_UE_PER_S: f64 = 270_000.0;
 
 /// What the converter would have delivered for a row. Casts to codes saturate.
 fn frame(row: &Row) -> RawFrame {

@@ -16,7 +16,7 @@ pub struct ReplayArgs {
     /// The trace, with the columns t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa, at 100 Hz
     /// to 10 kHz.
     ///
-    /// Slower ones tell less; below 5 Hz they are refused. Columns may be separated by commas, semicolons, tabs
+    /// Slower ones tell less; below 10 Hz they are refused. Columns may be separated by commas, semicolons, tabs
     /// or blanks, decimals by a comma; names may state other units, as in time_ms or pressure_bar, or a row below
     /// them. A set-point that was read back with noise or logged as a ramp is taken for the commands behind it.
     /// What is not plain is said on standard error.
@@ -40,6 +40,11 @@ enum Gauge {
     Contact,
 }
 
+/// Between rows of less than 100 Hz, s.
+const SLOW_S: f64 = 0.0105;
+/// How long a command that is late by a row lets the pressure deviate: a ramp of 160 kPa at 400 kPa/s.
+const SLOW_FOLLOWING_MS: f32 = 400.0;
+
 pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let trace = trace::read(&args.trace)?;
     let table = sim::table_of(&load_recipe(args.recipe.as_deref())?)?;
@@ -58,6 +63,11 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     };
     if let Some(slew) = trace.slew_kpa_per_s {
         settings.slew_kpa_per_s = slew as f32;
+    }
+    // The command came at any time since the row before, and the pressure leads the model by as much.
+    if trace.interval_s > SLOW_S {
+        settings.not_following_ms += SLOW_FOLLOWING_MS;
+        settings.air_loss_kpa += settings.slew_kpa_per_s * trace.interval_s as f32;
     }
     let controller = sim::controller(table, &settings)?;
     for event in replay::replay(&trace, controller) {

@@ -1,11 +1,15 @@
 //! Whether a trace's numbers can be what its columns say: a unit or a sign that is off looks like a hold.
 
 use anyhow::bail;
-use softgrip::settings::GaugeSense;
+use softgrip::condition::{Monitor, Reading};
+use softgrip::estimate::Estimator;
+use softgrip::frontend::FrontEnd;
+use softgrip::settings::{GaugeSense, Settings};
 use softgrip::table::FingerTable;
 use softgrip::units::Kilopascals;
 
 use super::{Row, Trace};
+use crate::replay::resample;
 
 /// No regulator of a soft gripper gives more, kPa.
 const MOST_KPA: f64 = 1_000.0;
@@ -17,8 +21,14 @@ const RATIO: f64 = 0.03;
 const FELT_UE: f64 = 30.0;
 /// A signal stands out of its noise by this factor.
 const DISTINCT: f64 = 10.0;
-/// A contact, as the controller's settings have it: so much, and a share of the free-bend strain, µε.
-const CONTACT_UE: (f64, f64) = (500.0, 0.05);
+/// A contact, as the controller's settings have it, µε.
+const CONTACT_UE: f64 = 500.0;
+/// Between these a free finger's strain, µε, stands out of noise, and the finger has not touched yet.
+const FREE_UE: (f64, f64) = (100.0, 600.0);
+/// More than a blocked finger bends the wrong way, as a share of the free bend.
+const BLOCKED: f64 = 0.3;
+/// Below this nothing can be said of the bend, kPa.
+const PRESSED_KPA: f64 = 20.0;
 /// A gauge beyond this has failed, µε.
 const RAIL_UE: f64 = 19_000.0;
 
@@ -46,6 +56,12 @@ pub fn check(
             bail!("{name} = {kpa:.0}: not in kPa, for no regulator gives as much; {NAME_IT}");
         }
     }
+    if set_kpa == 0.0 && top_kpa > PRESSED_KPA && pressures[0] < 0.5 * top_kpa {
+        bail!(
+            "setpoint_kpa stays near zero while the pressure rises to {top_kpa:.0} kPa: MPa or bar, or no set-point; \
+             {NAME_IT}"
+        );
+    }
     if let Some(ratio) = settled_ratio(rows) {
         let is = |x: f64| (ratio / x - 1.0).abs() < RATIO;
         let [pressure, setpoint] = [|kpa: f64| 1.0 / kpa, |kpa: f64| kpa]
@@ -64,7 +80,7 @@ pub fn check(
         GaugeSense::Contact => 0.0,
     };
     check_strain(&gauges, top_kpa, free_ue, sense, noise(&pressures))?;
-    check_sign(&gauges, top_kpa, free_ue)
+    check_sign(rows, &gauges, top_kpa, table, sense)
 }
 
 const NAME_IT: &str =
@@ -72,6 +88,7 @@ const NAME_IT: &str =
 
 /// How one gauge answers to the pressure.
 struct Gauge {
+    rest_ue: f64,
     /// Change from rest to pressure, µε.
     change_ue: f64,
     noise_ue: f64,
@@ -89,6 +106,7 @@ impl Gauge {
         let pressed = quantile(of(&|kpa| kpa > 0.8 * top_kpa), 0.5);
         let rest = quantile(of(&|kpa| kpa < 0.05 * top_kpa), 0.5);
         Self {
+            rest_ue: rest,
             change_ue: pressed - rest,
             noise_ue: noise(&rows.iter().map(strain).collect::<Vec<_>>()),
             failed: !(pressed.abs() < RAIL_UE || pressed.abs() > 2.0 * RAIL_UE),
@@ -115,7 +133,7 @@ fn check_strain(
     let felt = gauges.iter().all(|gauge| {
         gauge.change_ue.abs() < FELT_UE && gauge.change_ue.abs() > DISTINCT * gauge.noise_ue
     });
-    if top_kpa > 20.0 && felt {
+    if top_kpa > PRESSED_KPA && felt {
         bail!(
             "strain1_ue to strain3_ue: they follow the pressure, but move by {:.4} at most at {top_kpa:.0} kPa: mε, ε \
              or %, and not µε; {NAME_IT}",
@@ -138,30 +156,78 @@ fn check_strain(
     Ok(())
 }
 
-fn check_sign(gauges: &[Gauge], top_kpa: f64, free_ue: f64) -> anyhow::Result<Option<String>> {
-    let (least, share) = CONTACT_UE;
-    let against = -(least + share * free_ue);
-    let wrong: Vec<usize> = (1..=gauges.len())
-        .filter(|finger| {
-            let gauge = &gauges[finger - 1];
-            top_kpa > 20.0 && !gauge.failed && gauge.change_ue < against
-        })
+/// A gauge that is the wrong way round. Under a blocked finger strain may go below zero, down to a seventh of
+/// the free bend; but what bends freely before it touches bends the right way.
+fn check_sign(
+    rows: &[Row],
+    gauges: &[Gauge],
+    top_kpa: f64,
+    table: &FingerTable,
+    sense: GaugeSense,
+) -> anyhow::Result<Option<String>> {
+    if top_kpa < PRESSED_KPA {
+        return Ok(None);
+    }
+    let free_ue = f64::from(table.free_strain(Kilopascals(top_kpa as f32)).0.0);
+    let shares = approach(rows, gauges, table)?;
+    let is_wrong = |i: usize| match (sense, shares) {
+        (GaugeSense::Contact, _) => gauges[i].change_ue < -CONTACT_UE,
+        (GaugeSense::Bend, Some(shares)) => shares[i] < -0.5 && gauges[i].change_ue < 0.0,
+        (GaugeSense::Bend, None) => gauges[i].change_ue < -BLOCKED * free_ue,
+    };
+    let wrong: Vec<usize> = (0..gauges.len())
+        .filter(|i| !gauges[*i].failed && is_wrong(*i))
         .collect();
-    match wrong[..] {
-        [] => Ok(None),
-        [finger] => Ok(Some(format!(
-            "strain{finger}_ue falls by {:.0} µε under pressure, unlike the others: is its bridge the wrong way round?",
-            -gauges[finger - 1].change_ue
+    let names: Vec<String> = wrong
+        .iter()
+        .map(|i| format!("strain{}_ue", i + 1))
+        .collect();
+    let falls = wrong.first().map_or(0.0, |i| -gauges[*i].change_ue);
+    match wrong.len() {
+        0 => Ok(None),
+        1 => Ok(Some(format!(
+            "{} falls by {falls:.0} µε under pressure, unlike the others: is its bridge the wrong way round?",
+            names[0]
         ))),
-        _ => {
-            let names: Vec<String> = wrong.iter().map(|f| format!("strain{f}_ue")).collect();
-            bail!(
-                "{}: falls by {:.0} µε under pressure; bending must count as positive: change the sign",
-                names.join(", "),
-                -gauges[wrong[0] - 1].change_ue
-            );
+        _ => bail!(
+            "{}: falls by {falls:.0} µε under pressure; bending must count as positive: change the sign",
+            names.join(", ")
+        ),
+    }
+}
+
+/// Strain of each gauge over that of a free finger while the first grip closes, if the trace shows that.
+fn approach(
+    rows: &[Row],
+    gauges: &[Gauge],
+    table: &FingerTable,
+) -> anyhow::Result<Option<[f64; 3]>> {
+    let active = Settings::default()
+        .validate(&FrontEnd::REFERENCE, table)
+        .map_err(|error| anyhow::anyhow!("settings: {error}"))?;
+    let mut estimator = Estimator::new();
+    let (mut products, mut squares) = ([0.0; 3], 0.0);
+    for row in resample(rows) {
+        let reading = Reading {
+            gauges: [softgrip::condition::Gauge::Missing; 3],
+            monitor: Monitor::Valid(Kilopascals(row.pressure_kpa as f32)),
+            supply: None,
+            stale_ticks: 0,
+            overrun: false,
+        };
+        let free = f64::from(estimator.step(&reading, table, &active).free.0);
+        if free > FREE_UE.1 {
+            break;
+        }
+        if free > FREE_UE.0 && row.strain_ue.iter().all(|ue| ue.is_finite()) {
+            squares += free * free;
+            for (product, (ue, gauge)) in products.iter_mut().zip(row.strain_ue.iter().zip(gauges))
+            {
+                *product += free * (ue - gauge.rest_ue);
+            }
         }
     }
+    Ok((squares > 0.0).then(|| products.map(|product| product / squares)))
 }
 
 /// Pressure over set-point where that has stood for long.

@@ -3,9 +3,11 @@
 //! It may state the commands, as steps. Or it was read back, with noise, or logged behind somebody's ramp:
 //! then a command was given where it left one plateau, and for the next.
 
+use softgrip::settings::Settings;
+
 use super::Row;
 
-/// Read back as zero: most converters' noise and offset, kPa.
+/// Read back as zero: most converters' offset and noise, kPa.
 pub(super) const NOISE_KPA: f64 = 2.0;
 /// A set-point below this is none, kPa.
 const REST_KPA: f64 = 0.5;
@@ -69,18 +71,20 @@ pub(super) fn understand(rows: &mut [Row]) -> Understood {
     };
     for pair in plateaus.windows(2) {
         let (a, b) = (&pair[0], &pair[1]);
-        let from = leaves(a, b.from);
+        let mut from = leaves(a, b.from);
+        if let Some(ramp) = ramp(rows, &values, from..b.to, a.kpa, b.kpa) {
+            from = from.min(rows.partition_point(|row| row.t_s <= ramp.since_s + 1e-9));
+            slopes[usize::from(b.kpa > a.kpa)].push(ramp.kpa_per_s);
+        }
         commands.push((from, b.kpa));
-        let rises = b.kpa > a.kpa;
-        slopes[usize::from(rises)].extend(slope(rows, &values, from..b.to, a.kpa, b.kpa));
     }
     if let Some(last) = plateaus.last()
         && let (from, Some(&end)) = (leaves(last, values.len()), values.last())
         && from < values.len()
         && (end - last.kpa).abs() > PLATEAU_KPA
     {
-        // The trace ends on the way: down is taken for a release.
-        commands.push((from, if end < last.kpa { 0.0 } else { end }));
+        // The trace ends on the way: far down is taken for a release.
+        commands.push((from, if end < 0.5 * last.kpa { 0.0 } else { end }));
     }
     let mut next = 0;
     for (i, row) in rows.iter_mut().enumerate() {
@@ -96,11 +100,28 @@ pub(super) fn understand(rows: &mut [Row]) -> Understood {
     }
     rising.sort_by(f64::total_cmp);
     let slope = rising.get(rising.len() / 2).copied();
+    let usual = f64::from(Settings::default().slew_kpa_per_s);
+    let followed = slope.filter(|slope| misfit(rows, *slope) < misfit(rows, usual));
     Understood {
         stepped: false,
-        slew_kpa_per_s: slope,
+        slew_kpa_per_s: followed,
         note: Some(words(rows, &commands, slope, sigma)),
     }
+}
+
+/// Mean square of the pressure less what a regulator gives that takes the commands with this slew.
+fn misfit(rows: &[Row], slew_kpa_per_s: f64) -> f64 {
+    let lag_s = 1e-3 * f64::from(Settings::default().regulator_lag_ms);
+    let (mut setpoint, mut expected) = (rows[0].pressure_kpa, rows[0].pressure_kpa);
+    let mut sum = 0.0;
+    for pair in rows.windows(2) {
+        let dt = pair[1].t_s - pair[0].t_s;
+        let way = slew_kpa_per_s * dt;
+        setpoint += (pair[1].setpoint_kpa - setpoint).clamp(-way, way);
+        expected += (setpoint - expected) * (1.0 - (-dt / lag_s).exp());
+        sum += (pair[1].pressure_kpa - expected).powi(2);
+    }
+    sum
 }
 
 /// Every value stands for a while, as commands do.
@@ -118,20 +139,29 @@ fn is_stepped(rows: &[Row]) -> bool {
     })
 }
 
-/// Steepness between 10 and 90 % of the way, kPa/s, if that is longer than a step's one or two rows.
-fn slope(
+/// A way from one plateau to the next.
+struct Ramp {
+    since_s: f64,
+    kpa_per_s: f64,
+}
+
+/// The line between 10 and 90 % of the way, if that is longer than a step's one or two rows.
+fn ramp(
     rows: &[Row],
     values: &[f64],
     range: std::ops::Range<usize>,
     from_kpa: f64,
     to_kpa: f64,
-) -> Option<f64> {
+) -> Option<Ramp> {
     let share = |i: usize| (values[i] - from_kpa) / (to_kpa - from_kpa);
     let first = range.clone().find(|i| share(*i) > 0.1)?;
     let last = range.clone().find(|i| share(*i) > 0.9)?;
     let way = share(last) - share(first);
     let takes_s = rows[last].t_s - rows[first].t_s;
-    (last > first + 1).then(|| way * (to_kpa - from_kpa).abs() / takes_s)
+    (last > first + 1).then(|| Ramp {
+        since_s: rows[first].t_s - share(first) / way * takes_s,
+        kpa_per_s: way * (to_kpa - from_kpa).abs() / takes_s,
+    })
 }
 
 /// Standard deviation of the noise above rest, from the median bend between three rows: a ramp has none.
@@ -159,8 +189,7 @@ fn plateaus(rows: &[Row], values: &[f64], sigma: f64) -> Vec<Plateau> {
             to += 1;
         }
         let lasts_s = rows[to - 1].t_s - rows[from].t_s;
-        let at_an_end = from == 0 || to == values.len();
-        if lasts_s < PLATEAU_S && !at_an_end || to - from < PLATEAU_ROWS {
+        if lasts_s < PLATEAU_S && from > 0 || to - from < PLATEAU_ROWS {
             from += 1;
             continue;
         }

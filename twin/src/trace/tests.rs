@@ -52,7 +52,7 @@ fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
         ),
         (
             &format!("{HEADER}\n0,0,0,0,0,0\n1,0,0,0,0,0\n"),
-            "line 3: t_s = 1: 1.000000 s after the row before, 1 Hz; the rate must lie within 5 Hz and 10 kHz",
+            "line 3: t_s = 1: 1.000000 s after the row before, 1 Hz; the rate must lie within 10 Hz and 10 kHz",
         ),
         (
             &format!("{HEADER}\n0,0,0,0,0,-3\n0.001,0,0,0,0,0\n"),
