@@ -600,6 +600,40 @@ mod tests {
     }
 
     #[test]
+    fn what_lies_between_measurements_is_neither_stuck_nor_noise_and_a_frozen_measurement_is_stuck()
+    {
+        let mut conditioner = Conditioner::new();
+        // One measurement in ten ticks; two in a row are alike now and then, and so is all between them.
+        let slow = |frozen: bool| {
+            move |tick: u32| {
+                let sample = tick / 10;
+                let ue = match frozen || sample % 7 < 2 {
+                    true => 15.0,
+                    false => flicker(sample),
+                };
+                RawFrame {
+                    carried: !tick.is_multiple_of(10),
+                    ..frame([ue, 0.0, 0.0])
+                }
+            }
+        };
+        assert_eq!(fails(&mut conditioner, 60_000, |_| 0.0, slow(false)), None);
+        // Of the steps of 30 µε that four sevenths of the samples make, times ten.
+        let variance = conditioner.noise_variance()[0];
+        assert!((1_500.0..4_000.0).contains(&variance), "{variance}");
+        let alive = |tick: u32| RawFrame {
+            carried: !tick.is_multiple_of(10),
+            ..frame([flicker(tick / 10), 0.0, 0.0])
+        };
+        assert_eq!(fails(&mut conditioner, 60_000, |_| 0.0, alive), None);
+        let found = fails(&mut conditioner, 1_000, |_| 0.0, slow(true));
+        assert!(
+            matches!(found, Some((ticks, GaugeFault::Stuck)) if ticks <= 200),
+            "{found:?}"
+        );
+    }
+
+    #[test]
     fn a_quiet_gauge_is_stuck_only_when_it_ignores_the_pressure() {
         let mut conditioner = Conditioner::new();
         let quiet = |_| frame([0.0; 3]);

@@ -302,3 +302,54 @@ fn a_section_is_solved_and_ballooning_is_named() {
         assert!(error.contains(expected), "{more:?}: {error}");
     }
 }
+
+#[test]
+fn measurements_as_people_take_them_are_read() {
+    let noise = Noise::default();
+    let columns = "pressure_kpa,tip_angle_deg\n";
+    let values = |csv: &str| {
+        let fit = fit(csv, noise, &[]).expect("fits");
+        (fit.json()["points"].as_array().map_or(0, Vec::len), fit)
+    };
+    let repeats = format!("{columns}60,11.2\n60,11.8\n60,11.5\n100,39\n100,41\n140,75\n");
+    let (count, fit) = values(&repeats);
+    assert_eq!(count, 6);
+    assert_eq!(fit.json()["hysteresis"], serde_json::json!([]));
+    let sparse = "pressure_kpa,strain_ue,tip_angle_deg\n40,700,\n60,2000,11.5\n80,4300,\n100,6900,40\n140,13000,75\n";
+    let (count, fit) = values(sparse);
+    assert_eq!(count, 8);
+    assert!(
+        fit.notes()
+            .iter()
+            .any(|note| note.contains("tip_angle_deg: 2 empty"))
+    );
+    let (count, _) = values(&format!("{columns}0,-0.3\n60,11.5\n100,40\n140,75\n"));
+    assert_eq!(count, 4);
+    let (count, fit) = values("pressure_kpa;tip_angle_deg\n60,0;11,5\n100,0;40,0\n");
+    assert_eq!(count, 2);
+    assert!(
+        fit.notes()
+            .iter()
+            .any(|note| note.contains("decimal commas"))
+    );
+    let (_, bar) = values("Pressure (bar),tip_angle_rad\n0.6,0.200713\n1.0,0.698132\n");
+    let json = bar.json();
+    let points = json["points"].as_array().expect("points");
+    assert!((points[1]["pressure_kpa"].as_f64().expect("a number") - 100.0).abs() < 1e-9);
+    assert!((points[1]["measured"].as_f64().expect("a number") - 40.0).abs() < 1e-3);
+}
+
+#[test]
+fn unloading_over_loading_is_told_as_a_number() {
+    let csv = "pressure_kpa,tip_angle_deg\n60,11\n100,39\n140,75\n100,43\n80,28\n60,14\n";
+    let fit = fit(csv, Noise::default(), &[]).expect("fits");
+    let hysteresis = &fit.json()["hysteresis"][0];
+    // At 100 kPa it is 43 − 39, a nineteenth of 75; at 60 and, between 11 and 39, at 80 it is 3.
+    assert_eq!(hysteresis["most"], 4.0);
+    assert_eq!(hysteresis["pressure_kpa"], 100.0);
+    assert_eq!(hysteresis["percent"], 5.3333);
+    assert!(
+        fit.text()
+            .contains("unloading is +4.00 above loading at 100.0 kPa")
+    );
+}

@@ -183,9 +183,10 @@ fn check_sign(
         .map(|i| format!("strain{}_ue", i + 1))
         .collect();
     let falls = wrong.first().map_or(0.0, |i| -gauges[*i].change_ue);
+    let is_sure = sense == GaugeSense::Bend && shares.is_some();
     match wrong.len() {
         0 => Ok(None),
-        1 => Ok(Some(format!(
+        1 if !is_sure => Ok(Some(format!(
             "{} falls by {falls:.0} µε under pressure, unlike the others: is its bridge the wrong way round?",
             names[0]
         ))),
