@@ -107,15 +107,7 @@ pub fn parse(bytes: &[u8], wanted: &[Wanted]) -> anyhow::Result<Table> {
     if body.decimal == Some(',') {
         notes.push("decimal commas".into());
     }
-    for (i, column) in body.columns.iter().enumerate() {
-        let empty = rows.iter().filter(|row| row.cells[i].is_none()).count();
-        if let (Some(column), 1..) = (column, empty) {
-            let name = &header.names[*column];
-            let first = rows.iter().find(|row| row.cells[i].is_none());
-            let first = first.map_or(0, |row| row.line);
-            notes.push(format!("{name}: {empty} empty, the first in line {first}"));
-        }
-    }
+    notes.extend(body.empty_cells(&rows, &header.names));
     Ok(Table {
         names: body
             .columns
@@ -373,6 +365,19 @@ impl Body {
         number.context("must be a finite number")
     }
 
+    /// Counts them, by column.
+    fn empty_cells(&self, rows: &[Row], names: &[String]) -> Vec<String> {
+        let column = |(i, at): (usize, &Option<usize>)| {
+            let name = &names[(*at)?];
+            let mut empty = rows.iter().filter(|row| row.cells[i].is_none());
+            let first = empty.next()?.line;
+            let count = 1 + empty.count();
+            Some(format!("{name}: {count} empty, the first in line {first}"))
+        };
+        let columns = self.columns.iter().enumerate();
+        columns.filter_map(column).collect()
+    }
+
     /// Whether the last line has been cut off: it has too few cells; or no end of line, and its last cell
     /// fewer decimals than all before.
     fn is_cut(&self, lines: &[(usize, &str)], has_ending: bool) -> bool {
@@ -392,6 +397,3 @@ impl Body {
         !has_ending && before.len() >= CUT_AFTER && before.iter().all(fewer)
     }
 }
-
-#[cfg(test)]
-mod tests;

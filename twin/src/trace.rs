@@ -97,7 +97,7 @@ fn parse(bytes: &[u8]) -> anyhow::Result<Trace> {
     if let Some((row, source)) = negative.next() {
         // Some values of a noisy column may be.
         ensure!(
-            1 + negative.count() <= rows.len() / 100,
+            negative.count() < rows.len() / 100,
             "line {}: setpoint_kpa = {}: must not be negative",
             source.line,
             row.setpoint_kpa

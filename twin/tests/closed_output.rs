@@ -37,22 +37,18 @@ fn no_command_complains_of_an_output_that_was_closed() {
     for args in [
         &["--help"][..],
         &["sim", "--accel", "5", "--out", &out],
-        &["sim", "--accel", "5", "--json"],
         &["replay", &trace],
         &["replay", &trace, "--json"],
         &["table"],
         &["table", "--json"],
         &section,
         &["fit", "--measured", &measured, "--out", &out],
-        &["fit", "--measured", &measured, "--out", &out, "--json"],
         &["study", "--out", &out],
-        &["study", "--json"],
         &["capability", "--accel", "5", "--out", &out],
         &["gauge", "--runs", "5", "--out", &out],
         &["sweep", &spec, "--out", &out],
         &["sweep", "merge", &out, "--out", &joined],
         &["evaluate", "--losses", "1", "--hours", "0"],
-        &["evaluate", "--losses", "1", "--hours", "0", "--json"],
     ] {
         let run = |stdout: Stdio| {
             let mut command = Command::new(env!("CARGO_BIN_EXE_softgrip"));

@@ -7,7 +7,7 @@ use finger::chain::Chain;
 use finger::geometry::Description;
 use tempfile::TempDir;
 use toml_edit::DocumentMut;
-use twin::fit::data::{Noise, Quantity};
+use twin::fit::data::{self, Measurements, Noise, Quantity};
 use twin::fit::identify::Verdict;
 use twin::fit::parameter::Parameter;
 use twin::fit::{Fit, Request};
@@ -305,38 +305,38 @@ fn a_section_is_solved_and_ballooning_is_named() {
 
 #[test]
 fn measurements_as_people_take_them_are_read() {
-    let noise = Noise::default();
-    let columns = "pressure_kpa,tip_angle_deg\n";
-    let values = |csv: &str| {
-        let fit = fit(csv, noise, &[]).expect("fits");
-        (fit.json()["points"].as_array().map_or(0, Vec::len), fit)
+    let dir = temporary();
+    let read = |csv: &str| {
+        let file = put(&dir, "measured.csv", csv);
+        data::read(&file, 160.0, Noise::default()).expect("good measurements")
     };
-    let repeats = format!("{columns}60,11.2\n60,11.8\n60,11.5\n100,39\n100,41\n140,75\n");
-    let (count, fit) = values(&repeats);
-    assert_eq!(count, 6);
-    assert_eq!(fit.json()["hysteresis"], serde_json::json!([]));
-    let sparse = "pressure_kpa,strain_ue,tip_angle_deg\n40,700,\n60,2000,11.5\n80,4300,\n100,6900,40\n140,13000,75\n";
-    let (count, fit) = values(sparse);
-    assert_eq!(count, 8);
+    let values = |measured: &Measurements| -> Vec<(f64, f64)> {
+        let points = measured.points.iter();
+        points.map(|p| (p.pressure_kpa, p.value)).collect()
+    };
+    let columns = "pressure_kpa,tip_angle_deg\n";
+    let repeats = read(&format!(
+        "{columns}60,11.2\n60,11.8\n100,39\n100,41\n140,75\n"
+    ));
+    assert_eq!(values(&repeats)[..2], [(60.0, 11.2), (60.0, 11.8)]);
+    assert_eq!(repeats.hysteresis, []);
+    let sparse = read("pressure_kpa,strain_ue,tip_angle_deg\n40,700,\n60,2000,11.5\n80,4300,\n");
+    assert_eq!(sparse.points.len(), 4);
     assert!(
-        fit.notes()
-            .iter()
-            .any(|note| note.contains("tip_angle_deg: 2 empty"))
+        sparse
+            .notes
+            .contains(&"tip_angle_deg: 2 empty, the first in line 2".into())
     );
-    let (count, _) = values(&format!("{columns}0,-0.3\n60,11.5\n100,40\n140,75\n"));
-    assert_eq!(count, 4);
-    let (count, fit) = values("pressure_kpa;tip_angle_deg\n60,0;11,5\n100,0;40,0\n");
-    assert_eq!(count, 2);
-    assert!(
-        fit.notes()
-            .iter()
-            .any(|note| note.contains("decimal commas"))
-    );
-    let (_, bar) = values("Pressure (bar),tip_angle_rad\n0.6,0.200713\n1.0,0.698132\n");
-    let json = bar.json();
-    let points = json["points"].as_array().expect("points");
-    assert!((points[1]["pressure_kpa"].as_f64().expect("a number") - 100.0).abs() < 1e-9);
-    assert!((points[1]["measured"].as_f64().expect("a number") - 40.0).abs() < 1e-3);
+    let zero = read(&format!("{columns}-0.2,-0.3\n60,11.5\n"));
+    assert_eq!(values(&zero), [(0.0, -0.3), (60.0, 11.5)]);
+    let german = read("pressure_kpa;tip_angle_deg\n60,0;11,5\n100,0;40,0\n");
+    assert_eq!(values(&german), [(60.0, 11.5), (100.0, 40.0)]);
+    assert!(german.notes.contains(&"decimal commas".into()));
+    let units = read("Pressure (bar),tip_angle_rad\n0.6,0\n1.0,3.141592653589793\n");
+    assert_eq!(values(&units), [(60.0, 0.0), (100.0, 180.0)]);
+    let unordered = read(&format!("{columns}100,40\n60,11\n140,75\n80,24\n120,57\n"));
+    assert_eq!(values(&unordered)[0], (60.0, 11.0));
+    assert_eq!(unordered.hysteresis, []);
 }
 
 #[test]

@@ -77,8 +77,9 @@ fn spread(times: &mut [f64], lines: &[usize], notes: &mut Vec<String>) -> anyhow
             let to = to.unwrap_or(times.len());
             // Across a gap, rows stay where they were taken.
             let room_s = (end_s - t_s).min(resolution);
-            for i in from..to {
-                times[i] = t_s + room_s * (i - from) as f64 / (to - from) as f64;
+            let count = (to - from) as f64;
+            for (i, time) in times[from..to].iter_mut().enumerate() {
+                *time = t_s + room_s * i as f64 / count;
             }
             from = to;
         }
@@ -117,7 +118,7 @@ fn notes_on_gaps(
     );
     if gaps > 0 {
         notes.push(format!(
-            "t_s: {gaps} gaps, about {missing:.0} rows missing, the longest gap {longest:.3} s before line {}",
+            "t_s: gaps: {gaps}, with about {missing:.0} rows missing; the longest {longest:.3} s, before line {}",
             lines[at]
         ));
     }
