@@ -20,6 +20,9 @@ pub struct RawFrame {
     pub scans: u16,
     /// The converter lost data, so channels may be mixed up.
     pub overrun: bool,
+    /// The gauges' codes stand for a tick in which none was measured, as between two rows of a slow trace:
+    /// nothing is concluded from how they change. A converter never says so.
+    pub carried: bool,
 }
 
 /// One gauge in one tick.
@@ -91,6 +94,10 @@ const CLIP_TICKS: u16 = 15;
 /// Fastest believable change. A lost object lets the strain run at 140 µε per tick (4 200 µε in 30 ms);
 /// five sigma of the difference of two readings with 400 µε of noise are 2 800 µε.
 const JUMP_UE: f32 = 4_000.0;
+/// That holds for measurements up to so many ticks apart.
+const NEAR_TICKS: f32 = 10.0;
+/// What a finger that snaps free and swings makes of each tick more, µε: 2 700 in 10 ms, 5 200 in 20.
+const SWING_UE: f32 = 270.0;
 /// A gauge may jump for this long after start-up, while amplifiers and filters charge.
 const WARM_UP_TICKS: u16 = 100;
 /// A gauge that always flickers and then shows one code for this long is stuck.
@@ -154,6 +161,8 @@ pub struct Conditioner {
     monitor: MonitorWire,
     gains: Gains,
     stale_ticks: u32,
+    /// Ticks that one measurement stands for: one, or more in a slow trace.
+    spacing: f32,
 }
 
 /// Of the averages over [`STATISTICS_MS`] and [`BURST_MS`].
@@ -162,6 +171,27 @@ struct Gains {
     statistics: f32,
     burst: f32,
     jitter: f32,
+    /// What a measurement's noise counts for: noise that stands for so many ticks does not average out
+    /// over them.
+    weight: f32,
+    /// What may add to [`JUMP_UE`] between two measurements, µε.
+    jump_ue: f32,
+    /// What a swing may have moved a finger between two measurements, µε, without being noise.
+    swing_ue: f32,
+}
+
+impl Gains {
+    /// For measurements that are so many ticks apart. A burst of noise is told by so many measurements,
+    /// not by so much time.
+    fn over(self, spacing: f32) -> Self {
+        Self {
+            statistics: (spacing * self.statistics).min(1.0),
+            weight: spacing,
+            jump_ue: SWING_UE * (spacing - NEAR_TICKS).max(0.0),
+            swing_ue: SWING_UE * (spacing - 1.0),
+            ..self
+        }
+    }
 }
 
 impl Conditioner {
@@ -193,8 +223,12 @@ impl Conditioner {
                 statistics: lag_gain(STATISTICS_MS),
                 burst: lag_gain(BURST_MS),
                 jitter: lag_gain(JITTER_MS),
+                weight: 1.0,
+                jump_ue: 0.0,
+                swing_ue: 0.0,
             },
             stale_ticks: 0,
+            spacing: 1.0,
         }
     }
 
@@ -221,15 +255,20 @@ impl Conditioner {
             };
         }
         self.stale_ticks = 0;
-        let gains = self.gains;
         let mut gauges = [Gauge::Missing; FINGERS];
-        for (((gauge, channel), &code), zero_ue) in gauges
-            .iter_mut()
-            .zip(&mut self.channels)
-            .zip(&frame.gauges)
-            .zip(zero_ue)
-        {
-            *gauge = channel.step(code, front_end, zero_ue, expected.free_strain, gains);
+        let channels = self.channels.iter_mut().zip(&frame.gauges).zip(zero_ue);
+        if frame.carried {
+            self.spacing += 1.0;
+            for (gauge, ((channel, &code), zero_ue)) in gauges.iter_mut().zip(channels) {
+                *gauge = channel.carry(code, front_end, zero_ue);
+            }
+        } else {
+            let gains = self.gains.over(self.spacing);
+            self.spacing = 1.0;
+            let free = expected.free_strain;
+            for (gauge, ((channel, &code), zero_ue)) in gauges.iter_mut().zip(channels) {
+                *gauge = channel.step(code, front_end, zero_ue, free, gains);
+            }
         }
         Reading {
             gauges,
@@ -315,7 +354,7 @@ impl Channel {
         let jumped = self.seen > WARM_UP_TICKS
             && self
                 .last_valid
-                .is_some_and(|last| (raw - last).abs() > JUMP_UE);
+                .is_some_and(|last| (raw - last).abs() > JUMP_UE + gains.jump_ue);
         let suspicion = self.suspicion(code, raw, jumped, free_strain, front_end);
         match suspicion {
             None | Some(GaugeFault::Noisy) => {
@@ -389,18 +428,38 @@ impl Channel {
         }
     }
 
+    /// A tick without a measurement of its own: what the last one was is what this one is.
+    fn carry(&self, code: AdcCode, front_end: &FrontEnd, zero_ue: f32) -> Gauge {
+        let raw = front_end.strain(code).0;
+        let jumped = self
+            .last_valid
+            .is_some_and(|last| (raw - last).abs() > JUMP_UE);
+        match (self.failed, self.suspect) {
+            (Some(fault), _) => Gauge::Failed(fault),
+            (None, Some((GaugeFault::Saturated, _))) if !jumped => {
+                Gauge::Valid(Microstrain(raw - zero_ue))
+            }
+            (None, Some(_)) => Gauge::Missing,
+            (None, None) => Gauge::Valid(Microstrain(raw - zero_ue)),
+        }
+    }
+
     fn measure_noise(&mut self, strain: f32, gains: Gains) {
         let Some(last) = self.last_valid else {
             return;
         };
         let difference = strain - last;
-        let square = difference * difference;
-        self.difference_variance += gains.statistics * (square - self.difference_variance);
-        let second = difference - self.last_difference;
+        let weighted = gains.weight * difference * difference;
+        self.difference_variance += gains.statistics * (weighted - self.difference_variance);
+        if gains.weight <= 1.0 {
+            // White noise of variance σ² has second differences of variance 6σ². Between measurements that
+            // are further apart a loss has them too.
+            let second = difference - self.last_difference;
+            self.jitter_variance += gains.jitter * (second * second / 6.0 - self.jitter_variance);
+        }
         self.last_difference = difference;
-        // White noise of variance σ² has second differences of variance 6σ².
-        self.jitter_variance += gains.jitter * (second * second / 6.0 - self.jitter_variance);
-        self.measure_burst(square, gains);
+        let beyond = (difference.abs() - gains.swing_ue).max(0.0);
+        self.measure_burst(beyond * beyond, gains);
     }
 
     fn measure_burst(&mut self, square: f32, gains: Gains) {
@@ -449,6 +508,7 @@ mod tests {
             supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
             scans: 10,
             overrun: false,
+            carried: false,
         }
     }
 
@@ -553,6 +613,40 @@ mod tests {
             |_| frame([15.0, 0.0, 0.0]),
         );
         assert!(matches!(found, Some((ticks, GaugeFault::Stuck)) if ticks <= 20));
+    }
+
+    #[test]
+    fn what_lies_between_measurements_is_neither_stuck_nor_noise_and_a_frozen_measurement_is_stuck()
+    {
+        let mut conditioner = Conditioner::new();
+        // One measurement in ten ticks; two in a row are alike now and then, and so is all between them.
+        let slow = |frozen: bool| {
+            move |tick: u32| {
+                let sample = tick / 10;
+                let ue = match frozen || sample % 7 < 2 {
+                    true => 15.0,
+                    false => flicker(sample),
+                };
+                RawFrame {
+                    carried: !tick.is_multiple_of(10),
+                    ..frame([ue, 0.0, 0.0])
+                }
+            }
+        };
+        assert_eq!(fails(&mut conditioner, 60_000, |_| 0.0, slow(false)), None);
+        // Of the steps of 30 µε that four sevenths of the samples make, times ten.
+        let variance = conditioner.noise_variance()[0];
+        assert!((1_500.0..4_000.0).contains(&variance), "{variance}");
+        let alive = |tick: u32| RawFrame {
+            carried: !tick.is_multiple_of(10),
+            ..frame([flicker(tick / 10), 0.0, 0.0])
+        };
+        assert_eq!(fails(&mut conditioner, 60_000, |_| 0.0, alive), None);
+        let found = fails(&mut conditioner, 1_000, |_| 0.0, slow(true));
+        assert!(
+            matches!(found, Some((ticks, GaugeFault::Stuck)) if ticks <= 200),
+            "{found:?}"
+        );
     }
 
     #[test]

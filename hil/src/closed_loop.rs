@@ -14,7 +14,6 @@ use softgrip::units::{Kilopascals, Microstrain, Volts};
 use twin::events::TimedEvent;
 use twin::gripper::Gripper;
 use twin::plant::{Pins, Plant, Truth};
-use twin::replay::on_the_traces_clock;
 use twin::scenario::Scenario;
 use twin::sim::{POSE_TICKS, Pose, Run, Sample};
 
@@ -197,9 +196,6 @@ fn judge(
         .map(|&(tick, event)| {
             let began = record.ticks.get(tick).context("an event without a tick")?;
             let t_s = cycle_s(began.at);
-            let now = recording.ticks[tick].now;
-            // The image's clock is not the arm's.
-            let event = on_the_traces_clock(event, now, t_s);
             Ok(TimedEvent { t_s, event })
         })
         .collect::<anyhow::Result<_>>()?;

@@ -98,6 +98,7 @@ fn tick(text: &str) -> anyhow::Result<(u32, Seen)> {
             supply: code(4)?,
             scans: u16::try_from(codes[5])?,
             overrun: frame.contains("overrun: true"),
+            carried: false,
         },
         command,
         dac: DacCode(u16::try_from(*integers(dac).first().context("no code")?)?),

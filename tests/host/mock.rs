@@ -240,6 +240,7 @@ impl MockBoard {
             supply: AdcCode(FE.supply_code(Volts(self.supply_v)) as u16),
             scans: if self.late { 0 } else { 10 },
             overrun: self.overrun,
+            carried: false,
         }
     }
 

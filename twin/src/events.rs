@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use softgrip::FINGERS;
 use softgrip::detect::LossCause;
+use softgrip::grasp::Loss;
 use softgrip::telemetry::Event;
 
 use crate::json::round;
@@ -10,7 +11,7 @@ use crate::json::round;
 /// An event at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedEvent {
-    /// Seconds since the start.
+    /// Seconds since the start; of a trace, by its own clock.
     pub t_s: f64,
     /// What happened.
     pub event: Event,
@@ -24,7 +25,7 @@ impl TimedEvent {
             Event::Contact { finger } => value["finger"] = json!(finger + 1),
             Event::Slip { rate } => value["rate_per_s"] = json!(round(rate.into(), 4)),
             Event::Lost(loss) => {
-                value["onset_s"] = json!(round(loss.onset.micros() as f64 * 1e-6, 6));
+                value["onset_s"] = json!(round(self.onset_s(&loss), 6));
                 value["cause"] = json!(cause(loss.cause));
                 let fall = |share: f32| json!(round(share.into(), 3));
                 value["evidence"] = json!(loss.evidence.map(|share| share.map(fall)));
@@ -66,7 +67,7 @@ impl TimedEvent {
             }
             Event::Lost(loss) => format!(
                 "LOST: the object is gone (since {:.3} s, {})",
-                loss.onset.micros() as f64 * 1e-6,
+                self.onset_s(&loss),
                 cause(loss.cause)
             ),
             Event::Regripping => "closing harder to catch it".into(),
@@ -85,6 +86,13 @@ impl TimedEvent {
             }
             Event::Acknowledged => "acknowledged".into(),
         }
+    }
+}
+
+impl TimedEvent {
+    /// When a loss that is reported now began. The controller's clock counts from its own start.
+    fn onset_s(&self, loss: &Loss) -> f64 {
+        self.t_s - loss.latency_us() as f64 * 1e-6
     }
 }
 

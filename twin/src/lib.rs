@@ -28,6 +28,7 @@ pub mod study;
 pub mod sweep;
 
 pub mod charts;
+pub mod csv_dialect;
 pub mod files;
 pub mod fit;
 pub mod html;

@@ -61,7 +61,7 @@ fn main() -> ExitCode {
         Action::Fit(args) => cli::fit::run(&args),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("softgrip: {error:#}");
+        cli::output::note(format_args!("{error:#}"));
         ExitCode::from(2)
     })
 }

@@ -407,6 +407,7 @@ impl Plant {
             supply,
             scans: self.gripper.gauge.scans,
             overrun: false,
+            carried: false,
         };
         if self.broken(FaultKind::AdcOverrun) {
             let [first, second, third] = frame.gauges;

@@ -6,36 +6,44 @@ use softgrip::units::{AdcCode, Instant, Kilopascals, Microstrain, Volts};
 use softgrip::{Command, Controller, Grip, RawFrame, TICK_US};
 
 use crate::events::TimedEvent;
-use crate::trace::Row;
+use crate::trace::{Row, Trace};
 
 /// Feeds a trace to the controller and returns what it reported.
 ///
 /// A set-point that rises from zero, or changes, is a grip; one that falls to zero a release. Whoever
-/// recorded the next grip had seen the loss before, so a latched loss is acknowledged then.
-pub fn replay(rows: &[Row], mut controller: Controller) -> Vec<TimedEvent> {
+/// recorded the next grip had seen the loss before, so a latched loss is acknowledged then; a set-point that
+/// was seen to fall on a ramp is no such grip.
+pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
     let mut events = Vec::new();
     let mut asked = 0.0;
     let mut latched = false;
-    for (tick, row) in resample(rows).into_iter().enumerate() {
+    for (tick, row) in resample(&trace.rows).into_iter().enumerate() {
         // Clock of the controller: starts at one tick, as on the target.
         let now = Instant::from_micros((tick as u64 + 1) * TICK_US);
         let mut step = |command| {
             let outputs = controller.step(now, &frame(&row), command);
-            events.extend(outputs.events.iter().map(|&event| TimedEvent {
-                t_s: row.t_s,
-                event: on_the_traces_clock(event, now, row.t_s),
-            }));
+            let t_s = row.t_s;
+            events.extend(
+                outputs
+                    .events
+                    .iter()
+                    .map(|&event| TimedEvent { t_s, event }),
+            );
             outputs.indicators.lost
         };
+        let falls = !trace.stepped && row.setpoint_kpa < asked;
         let command = if row.setpoint_kpa == asked {
             Command::Continue
         } else if row.setpoint_kpa > 0.0 {
-            if latched {
-                // Takes this tick; the grip follows in the next.
-                latched = step(Command::Acknowledge);
-                continue;
+            match (latched, falls) {
+                (true, true) => Command::Continue,
+                (true, false) => {
+                    // Takes this tick; the grip follows in the next.
+                    latched = step(Command::Acknowledge);
+                    continue;
+                }
+                (false, _) => Command::Grip(Grip::Pressure(Kilopascals(row.setpoint_kpa as f32))),
             }
-            Command::Grip(Grip::Pressure(Kilopascals(row.setpoint_kpa as f32)))
         } else {
             Command::Release
         };
@@ -46,8 +54,9 @@ pub fn replay(rows: &[Row], mut controller: Controller) -> Vec<TimedEvent> {
 }
 
 /// The trace at every control tick: the mean of the rows since the last tick, or the straight line
-/// between two rows that are further apart. The set-point is a step, so it keeps its last value.
-fn resample(rows: &[Row]) -> Vec<Row> {
+/// between two rows that are further apart, which is nothing measured. The set-point is a step, so it keeps
+/// its last value.
+pub(crate) fn resample(rows: &[Row]) -> Vec<Row> {
     let tick_s = TICK_US as f64 * 1e-6;
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
         return Vec::new();
@@ -80,6 +89,7 @@ fn mean(rows: &[Row]) -> Row {
     Row {
         strain_ue: std::array::from_fn(|i| mean(&|row: &Row| row.strain_ue[i])),
         pressure_kpa: mean(&|row: &Row| row.pressure_kpa),
+        measured: rows.iter().any(|row| row.measured),
         ..rows[0]
     }
 }
@@ -91,46 +101,40 @@ fn between(low: &Row, high: &Row, t_s: f64) -> Row {
         0.0
     };
     let mix = |a: f64, b: f64| a + share * (b - a);
+    // A jump that no finger makes is not on a line: the gauge has failed, or a spike comes.
+    let way_ue = SWING_UE_PER_S * (high.t_s - low.t_s - NEAR_S).max(0.0);
+    let strain = |a: f64, b: f64| match (b - a).abs() > JUMP_UE + way_ue {
+        true => a,
+        false => mix(a, b),
+    };
     Row {
-        strain_ue: std::array::from_fn(|i| mix(low.strain_ue[i], high.strain_ue[i])),
+        strain_ue: std::array::from_fn(|i| strain(low.strain_ue[i], high.strain_ue[i])),
         pressure_kpa: mix(low.pressure_kpa, high.pressure_kpa),
+        measured: false,
         ..*low
     }
 }
+
+/// A gauge that changes by more from one row to the next has jumped, as the controller has it, µε; rows that are
+/// further apart than this, s, leave a finger the time for more, µε/s.
+const JUMP_UE: f64 = 4_000.0;
+const NEAR_S: f64 = 0.010;
+const SWING_UE_PER_S: f64 = 270_000.0;
 
 /// What the converter would have delivered for a row. Casts to codes saturate.
 fn frame(row: &Row) -> RawFrame {
     let front_end = FrontEnd::REFERENCE;
     let code = |code: f32| AdcCode(code.round() as u16);
     RawFrame {
-        gauges: row
-            .strain_ue
-            .map(|ue| code(front_end.gauge_code(Microstrain(ue as f32)))),
+        gauges: row.strain_ue.map(|ue| match ue.is_finite() {
+            true => code(front_end.gauge_code(Microstrain(ue as f32))),
+            false => AdcCode(u16::MAX),
+        }),
         monitor: code(front_end.monitor_code(Kilopascals(row.pressure_kpa as f32))),
         supply: code(front_end.supply_code(Volts(24.0))),
         scans: 1,
         overrun: false,
-    }
-}
-
-/// The controller counts from its own start; the trace may start anywhere.
-pub fn on_the_traces_clock(
-    event: softgrip::telemetry::Event,
-    now: Instant,
-    t_s: f64,
-) -> softgrip::telemetry::Event {
-    use softgrip::telemetry::Event;
-    match event {
-        Event::Lost(loss) => {
-            let flagged = (1e6 * t_s).round().max(0.0) as u64;
-            let onset = flagged.saturating_sub(now.micros_since(loss.onset));
-            Event::Lost(Loss {
-                onset: Instant::from_micros(onset),
-                flagged: Instant::from_micros(flagged),
-                ..loss
-            })
-        }
-        other => other,
+        carried: !row.measured,
     }
 }
 
@@ -147,6 +151,7 @@ mod tests {
                     strain_ue: [1_000.0 * t_s; 3],
                     pressure_kpa: 10.0 * t_s,
                     setpoint_kpa: if i < n / 2 { 0.0 } else { 100.0 },
+                    measured: true,
                 }
             })
             .collect()

@@ -8,6 +8,7 @@ use twin::scenario::ObjectKind;
 use twin::setup::Setup;
 use twin::{capability, files};
 
+use super::output::outln;
 use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
@@ -54,13 +55,13 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
         files::write(dir, "capability.svg", chart.as_bytes())?;
     }
     if args.output.json {
-        println!("{json}");
+        outln!("{json}");
         return Ok(ExitCode::SUCCESS);
     }
     let grams = |kg: Option<f64>| kg.map_or("none".into(), |kg| format!("{:.0} g", 1e3 * kg));
-    println!("  m/s²  twin, whole cycle  statics, lift");
+    outln!("  m/s²  twin, whole cycle  statics, lift");
     for limit in &limits {
-        println!(
+        outln!(
             "{:6}  {:>17}  {:>13}",
             limit.accel_m_s2,
             grams(limit.twin_kg),
@@ -68,7 +69,7 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
         );
     }
     if let Some(dir) = out {
-        println!("chart: {}/capability.svg", dir.display());
+        outln!("chart: {}/capability.svg", dir.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -12,6 +12,7 @@ use twin::evaluate::{self, Options, latency, report, tables};
 use twin::files;
 use twin::setup::Setup;
 
+use super::output::{out, outln};
 use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
@@ -64,7 +65,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     if let Some(index) = args.only {
         for knowledge in KNOWLEDGE {
             for trial in latency::trials_of(&base, &options, knowledge, index)? {
-                println!("{}", report::line(&trial));
+                outln!("{}", report::line(&trial));
             }
             if let Some(dir) = out {
                 let trace = latency::trace(&base, &options, knowledge, index, args.noise)?;
@@ -83,21 +84,21 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         evaluate::write(&evaluation, &summary, &options, dir)?;
     }
     if args.output.json {
-        println!("{}", serde_json::to_string(&summary)?);
+        outln!("{}", serde_json::to_string(&summary)?);
         return Ok(ExitCode::SUCCESS);
     }
     let trials = &evaluation.sample.trials;
-    print!("{}", report::wrong(trials));
+    out!("{}", report::wrong(trials));
     if args.slowest > 0 {
-        print!("{}", report::slowest(trials, args.slowest));
+        out!("{}", report::slowest(trials, args.slowest));
     }
-    print!("{}", report::alarms(&evaluation.tallies));
+    out!("{}", report::alarms(&evaluation.tallies));
     for table in tables::all(&summary) {
-        println!("{}", table.text());
+        outln!("{}", table.text());
     }
-    println!("{:.0} s", start.elapsed().as_secs_f64());
+    outln!("{:.0} s", start.elapsed().as_secs_f64());
     if let Some(dir) = out {
-        println!("report: {}/report.html", dir.display());
+        outln!("report: {}/report.html", dir.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -8,6 +8,7 @@ use finger::hyperelastic::Rubber;
 use finger::section::Section;
 use twin::section::Report;
 
+use super::output::{out, outln};
 use super::within;
 
 #[derive(Args)]
@@ -57,9 +58,9 @@ pub fn run(args: &SectionArgs) -> anyhow::Result<ExitCode> {
     };
     let report = Report::new(section, rubber, &args.pressure, args.mesh_study)?;
     if args.json {
-        println!("{}", report.json());
+        outln!("{}", report.json());
     } else {
-        print!("{}", report.text());
+        out!("{}", report.text());
     }
     Ok(ExitCode::SUCCESS)
 }

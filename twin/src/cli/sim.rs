@@ -11,6 +11,8 @@ use twin::setup::Setup;
 use twin::sim::Run;
 use twin::{files, plot, report, side_view, trace};
 
+use super::output;
+use super::output::outln;
 use super::{Output, load_recipe, within};
 
 #[derive(Args, Default)]
@@ -57,9 +59,9 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
         let run = setup.run(|share| bar.set_position((100.0 * share) as u64))?;
         bar.finish_and_clear();
         if args.output.json {
-            println!("{}", run.json());
+            outln!("{}", run.json());
         } else {
-            println!("{}", report::timeline(&run));
+            outln!("{}", report::timeline(&run));
         }
         runs.push(run);
     }
@@ -69,7 +71,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
         let film = side_view::film(&recipe.chain, &runs);
         files::write(dir, "grasp.svg", film.as_bytes())?;
         if !args.output.json {
-            println!(
+            outln!(
                 "pictures and trace: {0}/trace.svg, {0}/grasp.svg, {0}/trace.csv",
                 dir.display()
             );
@@ -77,7 +79,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     }
     let mistakes: Vec<String> = runs.iter().filter_map(Run::mistake).collect();
     for mistake in &mistakes {
-        eprintln!("softgrip: {mistake}");
+        output::note(format_args!("{mistake}"));
     }
     Ok(ExitCode::from(u8::from(!mistakes.is_empty())))
 }

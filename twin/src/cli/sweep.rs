@@ -10,6 +10,8 @@ use twin::sweep::results::{self, About, CSV, Results};
 use twin::sweep::spec::Spec;
 use twin::sweep::{self, Shard, parquet};
 
+use super::output;
+use super::output::outln;
 use super::{in_parallel, load_recipe, progress_bar};
 
 #[derive(Args)]
@@ -67,7 +69,9 @@ fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     let columns = sweep::columns(spec);
     let mut results = Results::open(&args.out, &about, &columns)?;
     if results.torn {
-        eprintln!("softgrip: {CSV}: dropped half a row that a killed sweep left");
+        output::note(format_args!(
+            "{CSV}: dropped half a row that a killed sweep left"
+        ));
     }
     let (all, before) = (args.shard.len(spec.runs), results.finished);
     let bar = progress_bar(all, "runs");
@@ -77,7 +81,7 @@ fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     })??;
     bar.finish_and_clear();
     parquet::write(&args.out, &columns)?;
-    println!(
+    outln!(
         "{all} runs, {} of them new: {1}/{CSV}, {1}/results.parquet",
         all - before,
         args.out.display()
@@ -89,7 +93,7 @@ fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     files::prepare(&args.out)?;
     let columns = results::merge(&args.parts, &args.out)?;
     parquet::write(&args.out, &columns)?;
-    println!(
+    outln!(
         "{} parts joined: {1}/{CSV}, {1}/results.parquet",
         args.parts.len(),
         args.out.display()

@@ -52,6 +52,7 @@ impl<R: Rng> Meter<R> {
             supply: self.supply,
             scans: SCANS,
             overrun: false,
+            carried: false,
         }
     }
 }
