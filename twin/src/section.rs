@@ -136,9 +136,11 @@ impl Report {
 }
 
 fn row(state: &Inflated) -> String {
+    // A tube that does not bend does so by nought, not by minus nought.
+    let curvature = round(state.curvature_per_m, 4);
     format!(
-        "{:>14.4}  {:>8.4}  {:>9.6}",
-        state.curvature_per_m, state.stretch, state.bending_stiffness_nm2
+        "{curvature:>14.4}  {:>8.4}  {:>9.6}",
+        state.stretch, state.bending_stiffness_nm2
     )
 }
 
