@@ -161,7 +161,7 @@ impl Controller {
             margin: self
                 .supervisor
                 .payload()
-                .map(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
+                .and_then(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
             noise: noise.map(Microstrain),
         }
     }

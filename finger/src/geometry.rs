@@ -27,7 +27,7 @@ pub struct Description {
     root: RootPart,
     rubber: RubberPart,
     gauge: GaugePart,
-    grasp: GraspPart,
+    grasp: Option<GraspPart>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -110,8 +110,6 @@ pub struct Geometry {
     pub density_kg_per_m3: f64,
     /// Where the strain gauge is bonded.
     pub gauge: Gauge,
-    /// The gripper that three such fingers make.
-    pub grasp: Grasp,
 }
 
 impl Description {
@@ -157,8 +155,17 @@ impl Description {
             },
             density_kg_per_m3: 1e3 * density,
             gauge: self.gauge.check(length)?,
-            grasp: self.grasp.check(length)?,
         })
+    }
+
+    /// Checks the gripper that three such fingers make, if there is one.
+    ///
+    /// # Errors
+    /// As [`Description::check`].
+    pub fn grasp(&self) -> Result<Option<Grasp>, FieldError> {
+        let length = self.links.length_mm.iter().sum();
+        let grasp = self.grasp.as_ref();
+        grasp.map(|part| part.check(length)).transpose()
     }
 
     fn stations(&self, length_mm: f64) -> Result<Vec<(f64, Section)>, FieldError> {

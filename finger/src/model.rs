@@ -152,7 +152,6 @@ impl Geometry {
             joint_stiffness_nm_per_rad: solved.joint_stiffness_nm_per_rad,
             joint_torque_nm: std::array::from_fn(torque),
             gauge: self.gauge,
-            grasp: self.grasp,
         })
     }
 

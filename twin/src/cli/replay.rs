@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use softgrip::frontend::FrontEnd;
 use softgrip::settings::{GaugeSense, Settings};
 use twin::{replay, sim, trace};
 
@@ -36,14 +37,15 @@ enum Gauge {
 pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let rows = trace::read(&args.trace)?;
     let recipe = load_recipe(args.recipe.as_deref())?;
+    let table = sim::table_of(&recipe)?;
     let settings = Settings {
         gauge_sense: match args.gauge {
             Gauge::Bend => GaugeSense::Bend,
             Gauge::Contact => GaugeSense::Contact,
         },
-        ..Settings::default()
+        ..Settings::for_finger(&FrontEnd::REFERENCE, table)
     };
-    let controller = sim::controller(sim::table_of(&recipe)?, &settings)?;
+    let controller = sim::controller(table, &settings)?;
     for event in replay::replay(&rows, controller) {
         if args.json {
             println!("{}", event.json());
