@@ -22,7 +22,7 @@ const PUBLISHED_KPA: [f64; 6] = [60.0, 80.0, 100.0, 120.0, 140.0, 160.0];
 struct Sensitivity {
     /// What changes.
     change: &'static str,
-    /// Change of the tip angle at each of the pressures, percent; none where the section balloons.
+    /// Change of the tip angle at each of the pressures, percent; none where a section has no stable state.
     tip_angle_percent: Option<Vec<f64>>,
 }
 
@@ -262,9 +262,7 @@ fn sections(geometry: &mut Geometry, change: impl Fn(&mut finger::section::Secti
 
 fn stiffen(geometry: &mut Geometry, factor: f64) {
     geometry.youngs_modulus_pa *= factor;
-    for constant in &mut geometry.rubber.yeoh_pa {
-        *constant *= factor;
-    }
+    geometry.rubber = geometry.rubber.scaled(factor);
 }
 
 fn number(x: f64) -> f64 {

@@ -513,3 +513,35 @@ fn round_sections_bend() {
     assert!((section(&["--e", "2", "--alpha", "0"]) / 1.236 - 1.0).abs() < 5e-4);
     assert_eq!(section(&["--e", "0", "--alpha", "0"]).abs(), 0.0);
 }
+
+#[test]
+fn rubbers_are_taken_as_they_are_published() {
+    let curvature = |rubber: &[&str]| {
+        let mut args = vec!["section", "--R", "10", "--r", "5", "--e", "2"];
+        args.extend(["--alpha", "30", "--pressure", "40", "--json"]);
+        args.extend(rubber);
+        let value = json_lines(&softgrip(&args)).remove(0);
+        value["states"][0]["curvature_per_m"]
+            .as_f64()
+            .expect("a number")
+    };
+    // Negative numbers in either spelling, and a last constant that says little.
+    let whole = curvature(&["--yeoh=0.08656,0.0138,-0.001466"]);
+    assert_eq!(whole, curvature(&["--yeoh", "0.08656,0.0138,-0.001466"]));
+    let cut = curvature(&["--yeoh=0.08656,0.0138"]);
+    assert_eq!(cut, curvature(&["--yeoh", "0.08656,0.0138,0"]));
+    assert!((whole / cut - 1.0).abs() < 0.005 && whole > cut);
+    // One energy, five names.
+    let neo = curvature(&["--yeoh", "0.1"]);
+    for same in [
+        ["--youngs-modulus", "600"],
+        ["--mooney-rivlin", "0.1,0"],
+        ["--ogden", "0.2,2"],
+        ["--ogden-abaqus", "0.2,2"],
+    ] {
+        assert_eq!(neo, curvature(&same), "{same:?}");
+    }
+    let mooney = curvature(&["--mooney-rivlin", "0.08,0.02"]);
+    assert_eq!(mooney, curvature(&["--ogden", "0.16,2,-0.04,-2"]));
+    assert_eq!(mooney, curvature(&["--ogden-abaqus", "0.16,2,0.04,-2"]));
+}

@@ -169,7 +169,7 @@ impl Report {
         for row in &self.sensitivity {
             let cells = match &row.tip_angle_percent {
                 Some(list) => list.iter().map(|x| format!("{x:>+8.1}")).collect(),
-                None => "  balloons".to_string(),
+                None => "  no stable state".to_string(),
             };
             writeln!(out, "{:<26}{cells}", row.change)?;
         }
