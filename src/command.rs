@@ -54,10 +54,10 @@ impl Payload {
         Newtons(self.mass.0 * (GRAVITY + self.acceleration.0))
     }
 
-    /// Lift at `pressure` beyond the load, as a share of the load.
-    pub fn margin(&self, table: &FingerTable, pressure: Kilopascals) -> f32 {
-        let (lift, _) = table.lift(self.kind, pressure);
-        lift.0 / self.load().0.max(LEAST_LOAD_N) - 1.0
+    /// Lift at `pressure` beyond the load, as a share of the load; none where the lift is not known.
+    pub fn margin(&self, table: &FingerTable, pressure: Kilopascals) -> Option<f32> {
+        let (lift, _) = table.lift(self.kind, pressure)?;
+        Some(lift.0 / self.load().0.max(LEAST_LOAD_N) - 1.0)
     }
 
     /// The lowest pressure that lifts the payload with the margin, or why there is none.
@@ -72,9 +72,11 @@ impl Payload {
         }
         let wanted = Newtons(self.load().0 * (1.0 + active.lift_margin));
         match table.pressure_for_lift(self.kind, wanted) {
-            (pressure, Range::Inside) if pressure.0 <= active.max_pressure.0 => Ok(pressure),
+            Some((pressure, Range::Inside)) if pressure.0 <= active.max_pressure.0 => Ok(pressure),
             _ => {
-                let (most, _) = table.lift(self.kind, active.max_pressure);
+                let (most, _) = table
+                    .lift(self.kind, active.max_pressure)
+                    .ok_or(Refusal::LiftUnknown)?;
                 let per_kilogram = (1.0 + active.lift_margin) * (GRAVITY + self.acceleration.0);
                 Err(Refusal::PayloadTooHeavy {
                     possible: Kilograms(most.0 / per_kilogram),
@@ -121,6 +123,9 @@ pub enum Refusal {
         /// What could be lifted at that acceleration.
         possible: Kilograms,
     },
+    /// The finger's table does not know what is lifted at the pressures that it would take: the recipe
+    /// has no grasp, or fingers and object find no equilibrium there.
+    LiftUnknown,
     /// A fault is latched.
     FaultLatched,
     /// A loss is latched.
@@ -181,5 +186,51 @@ impl Command {
             }
             _ => self == other,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frontend::FrontEnd;
+    use crate::settings::Settings;
+    use crate::table::FINGER;
+
+    fn sphere(kg: f32) -> Payload {
+        Payload {
+            kind: ObjectKind::Sphere,
+            mass: Kilograms(kg),
+            acceleration: MetresPerSecondSquared(5.0),
+        }
+    }
+
+    fn pressure(table: &FingerTable, kg: f32) -> Result<Kilopascals, Refusal> {
+        let active = Settings::default()
+            .validate(&FrontEnd::REFERENCE, table)
+            .expect("the defaults are valid");
+        sphere(kg).pressure(table, &active)
+    }
+
+    #[test]
+    fn what_the_table_cannot_tell_is_refused_as_unknown() {
+        let without = FingerTable {
+            lift_rows: [0, 81],
+            ..FINGER
+        };
+        assert_eq!(pressure(&without, 0.05), Err(Refusal::LiftUnknown));
+        assert_eq!(sphere(0.05).margin(&without, Kilopascals(140.0)), None);
+        assert_eq!(pressure(&without, -1.0), Err(Refusal::PayloadInvalid));
+
+        let partly = FingerTable {
+            lift_rows: [61, 81],
+            ..FINGER
+        };
+        assert_eq!(pressure(&partly, 0.02), pressure(&FINGER, 0.02));
+        assert!(pressure(&FINGER, 0.02).is_ok());
+        assert_eq!(pressure(&partly, 2.0), Err(Refusal::LiftUnknown));
+        assert!(matches!(
+            pressure(&FINGER, 2.0),
+            Err(Refusal::PayloadTooHeavy { .. })
+        ));
     }
 }

@@ -179,7 +179,7 @@ impl Controller {
             margin: self
                 .supervisor
                 .payload()
-                .map(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
+                .and_then(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
             noise: noise.map(Microstrain),
             drift: self.zero.drift(),
             tare_due: self.zero.tare_is_due(),

@@ -37,8 +37,10 @@ pub mod tables;
 
 use std::path::{Path, PathBuf};
 
+use anyhow::ensure;
 use indicatif::ProgressBar;
 use softgrip::settings::Settings;
+use softgrip::table::ObjectKind;
 
 use case::KNOWLEDGE;
 use summary::Summary;
@@ -77,8 +79,28 @@ pub struct Evaluation {
     pub curves: Vec<roc::Curve>,
 }
 
+/// The highest pressure of the cases, kPa.
+const HIGHEST_KPA: f32 = 160.0;
+
+/// Refuses fingers that cannot grip as hard as the cases ask for, or of which nobody knows what they lift.
+///
+/// # Errors
+/// With what the recipe would have to give.
+pub fn check(base: &Setup) -> anyhow::Result<()> {
+    for kind in [ObjectKind::Sphere, ObjectKind::Cylinder] {
+        let known = base.table().lift_known_to(kind).map_or(0.0, |kpa| kpa.0);
+        ensure!(
+            known >= HIGHEST_KPA,
+            "evaluate grips at 100 to {HIGHEST_KPA} kPa: the recipe {} tells the lift up to {known} kPa only",
+            base.table().recipe
+        );
+    }
+    Ok(())
+}
+
 /// Measures everything, in parallel; the result does not depend on how many threads there are.
 pub fn run(base: &Setup, options: &Options, bar: &ProgressBar) -> anyhow::Result<Evaluation> {
+    check(base)?;
     let hours = |noise_ue| options.hours * if noise_ue > 100.0 { FEWER_HOURS } else { 1.0 };
     let swept_h = roc::SWEEP_SHARE * options.hours;
     let sum_h = NOISE_UE.into_iter().map(hours).sum::<f64>() + roc::EVIDENCE.len() as f64 * swept_h;

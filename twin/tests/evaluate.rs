@@ -19,7 +19,6 @@ use twin::evaluate::record::{Fate, Recording};
 use twin::evaluate::response::{Held, Response};
 use twin::evaluate::routine::{Activity, Motion};
 use twin::evaluate::{Options, alarms};
-use twin::plant::Plant;
 use twin::scenario::ObjectKind;
 use twin::setup::Setup;
 use twin::sim;
@@ -225,7 +224,7 @@ fn the_generator_grips_and_lets_go_like_the_twin() {
         let response = Response::of(&setup).expect("a response");
         let arm = &mut setup.gripper.arm;
         (arm.approach_mm, arm.dwell_ms, arm.grip_ms) = (1.0, 10.0, 9_000.0);
-        let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+        let mut plant = setup.plant();
         let gauge = Gauge {
             gain: 1.0,
             offset_ue: 0.0,

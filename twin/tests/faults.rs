@@ -11,7 +11,7 @@ use softgrip::{FINGERS, RawFrame};
 use twin::events::TimedEvent;
 use twin::fault::Injected;
 use twin::gripper::Gripper;
-use twin::plant::{Plant, Truth};
+use twin::plant::Truth;
 use twin::scenario::Scenario;
 use twin::setup::Setup;
 use twin::sim::{Outcome, Run};
@@ -20,8 +20,8 @@ const FRONT_END: FrontEnd = FrontEnd::REFERENCE;
 /// When everything breaks here: the grip is tight.
 const BREAKS: usize = 1_500;
 
-fn chain() -> Chain {
-    twin::table::paper().expect("the paper's recipe").chain
+fn setup() -> Setup {
+    Setup::of(&twin::table::paper().expect("the paper's recipe")).expect("a setup")
 }
 
 fn fault(text: &str) -> Injected {
@@ -31,8 +31,7 @@ fn fault(text: &str) -> Injected {
 /// The plant's ticks from the fault on, while the command is changed from 140 kPa to `kpa` with it.
 fn after(faults: &[&str], kpa: f32, ticks: usize) -> Vec<(RawFrame, Truth)> {
     let faults: Vec<_> = faults.iter().map(|text| fault(text)).collect();
-    let (scenario, gripper) = (Scenario::default(), Gripper::reference());
-    let mut plant = Plant::new(&scenario, &gripper, &chain()).with_faults(&faults);
+    let mut plant = setup().plant().with_faults(&faults);
     let mut dac = DacCode(0);
     let run = (1..BREAKS + ticks).map(|tick| {
         let (frame, truth) = plant.step(dac);
@@ -161,7 +160,7 @@ fn supply_and_converter_show_their_faults() {
 }
 
 fn run(accel_m_s2: f64, faults: &[&str]) -> Run {
-    let mut setup = Setup::of(&twin::table::paper().expect("the paper's recipe")).expect("a setup");
+    let mut setup = setup();
     setup.scenario.accel_m_s2 = accel_m_s2;
     setup.faults = faults.iter().map(|text| fault(text)).collect();
     setup.run(|_| ()).expect("a run")

@@ -1,5 +1,6 @@
 //! Grasps: the image's verdicts against what really happened, and against the host's controller.
 
+use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 use twin::gripper::Gripper;
@@ -128,11 +129,14 @@ fn same_as_host(closed: &Closed, outcome: &mut Outcome) {
 }
 
 fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
-    let controller = sim::controller(&FINGER, &Settings::default())?;
+    let settings = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER);
+    let controller = sim::controller(&FINGER, &settings)?;
+    let (chain, grasp) = closed_loop::fingers()?;
     Ok(sim::run(
         scenario,
         &Gripper::reference(),
-        closed_loop::chain()?,
+        chain,
+        grasp,
         controller,
         &[],
         |_| {},

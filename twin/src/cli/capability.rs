@@ -16,9 +16,9 @@ pub struct CapabilityArgs {
     /// What is picked up.
     #[arg(long, default_value = "sphere")]
     object: ObjectKind,
-    /// Pressure of the grip.
-    #[arg(long, value_name = "KPA", default_value = "140", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
-    pressure: f64,
+    /// Pressure of the grip [default: 140, or 7/8 of where the recipe ends].
+    #[arg(long, value_name = "KPA", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
+    pressure: Option<f64>,
     /// Friction coefficient between fingers and object at rest.
     #[arg(long, value_name = "MU", default_value = "0.8", allow_negative_numbers = true, value_parser = within(0.0, 2.0))]
     friction: f64,
@@ -39,7 +39,9 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
     let mut setup = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
     setup.scenario.object = args.object;
-    setup.scenario.pressure_kpa = args.pressure;
+    if let Some(pressure_kpa) = args.pressure {
+        setup.scenario.pressure_kpa = pressure_kpa;
+    }
     setup.scenario.friction = args.friction;
     let mut accels = args.accel.clone();
     accels.sort_by(f64::total_cmp);

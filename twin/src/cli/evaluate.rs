@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
-use softgrip::settings::Settings;
 use twin::evaluate::case::KNOWLEDGE;
 use twin::evaluate::summary::Summary;
 use twin::evaluate::{self, Options, latency, report, tables};
@@ -52,12 +51,13 @@ pub struct EvaluateArgs {
 pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
     let base = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    evaluate::check(&base)?;
     let options = Options {
         seed: args.seed,
         losses: args.losses,
         hours: args.hours,
         recordings: args.recordings.clone(),
-        settings: Settings::default(),
+        settings: base.settings(),
     };
     if let Some(dir) = &options.recordings {
         files::prepare(dir)?;

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use softgrip::frontend::FrontEnd;
 use softgrip::settings::{GaugeSense, Settings};
 use twin::{replay, sim, trace};
 
@@ -59,7 +60,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     }
     let mut settings = Settings {
         gauge_sense,
-        ..Settings::default()
+        ..Settings::for_finger(&FrontEnd::REFERENCE, table)
     };
     if let Some(slew) = trace.slew_kpa_per_s {
         settings.slew_kpa_per_s = slew as f32;

@@ -26,7 +26,7 @@ pub struct SimArgs {
     /// Greatest acceleration of the arm [default: 5, and then 10, if no other option says what to do].
     #[arg(long, value_name = "M_S2", allow_negative_numbers = true, value_parser = within(0.1, 50.0))]
     accel: Option<f64>,
-    /// Pressure of the grip.
+    /// Pressure of the grip [default: 140, or 7/8 of where the recipe ends].
     #[arg(long, value_name = "KPA", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
     pressure: Option<f64>,
     /// Friction coefficient between fingers and object.
@@ -53,7 +53,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     let mut setup = Setup::of(&recipe)?;
     setup.faults = args.fault.clone();
     let mut runs = Vec::new();
-    for scenario in scenarios(args) {
+    for scenario in scenarios(args, setup.scenario) {
         let bar = progress_bar(&scenario);
         setup.scenario = scenario;
         let run = setup.run(|share| bar.set_position((100.0 * share) as u64))?;
@@ -68,7 +68,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = out {
         files::write(dir, "trace.csv", &trace::of_runs(&runs)?)?;
         files::write(dir, "trace.svg", plot::grasp(&runs)?.as_bytes())?;
-        let film = side_view::film(&recipe.chain, &runs);
+        let film = side_view::film(&setup.grasp, &runs);
         files::write(dir, "grasp.svg", film.as_bytes())?;
         if !args.output.json {
             outln!(
@@ -92,8 +92,7 @@ fn fault_help() -> String {
 }
 
 /// One scenario; without any word on what to do, the two that show what this is about.
-fn scenarios(args: &SimArgs) -> Vec<Scenario> {
-    let default = Scenario::default();
+fn scenarios(args: &SimArgs, default: Scenario) -> Vec<Scenario> {
     let scenario = Scenario {
         object: args.object.unwrap_or(default.object),
         mass_kg: args.mass.unwrap_or(default.mass_kg),

@@ -1,5 +1,6 @@
 //! How often the controller cries wolf: hours of holding and moving in which nothing is lost.
 
+use anyhow::Context;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use softgrip::TICK_US;
@@ -114,7 +115,10 @@ pub fn responses(base: &Setup) -> anyhow::Result<Vec<Response>> {
                     ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
                 };
                 let pressure = Kilopascals(pressure_kpa as f32);
-                let (lift, _) = base.table().lift(kind, pressure);
+                let (lift, _) = base
+                    .table()
+                    .lift(kind, pressure)
+                    .with_context(|| format!("the lift of the {object} at {pressure_kpa} kPa is not known: fingers and object find no equilibrium"))?;
                 setup.scenario.mass_kg = load * f64::from(lift.0) / (9.80665 + 10.0);
                 setups.push((setup, closing.clone()));
             }

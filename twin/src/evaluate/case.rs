@@ -154,8 +154,9 @@ impl Case {
             ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
             ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
         };
-        let (lift, _) = table.lift(kind, Kilopascals(pressure_kpa as f32));
-        let holds_n = f64::from(lift.0) * friction / 0.8;
+        let lift = table.lift(kind, Kilopascals(pressure_kpa as f32));
+        // `super::check` has seen to it that it is known.
+        let holds_n = lift.map_or(0.0, |(lift, _)| f64::from(lift.0)) * friction / 0.8;
 
         let stiffness: [f64; FINGERS] = std::array::from_fn(|_| between(0.95, 1.05));
         let gauge_gain = std::array::from_fn(|_| between(0.95, 1.05));

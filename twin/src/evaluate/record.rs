@@ -13,7 +13,6 @@ use softgrip::{Command, FINGERS, Grip, RawFrame, TICK_US};
 use super::case::{Case, generator};
 use super::meter::Meter;
 use crate::arm::Phase;
-use crate::plant::Plant;
 use crate::sim;
 
 /// The object is gone once it has moved this far against the palm, mm.
@@ -76,7 +75,7 @@ impl Recording {
         noise_ue: f64,
     ) -> anyhow::Result<Self> {
         let setup = &case.setup;
-        let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+        let mut plant = setup.plant();
         let mut controller = case.controller(table, settings)?;
         let mut measure = Measure::new(case, noise_ue);
         let profile = plant.profile().clone();

@@ -10,7 +10,6 @@ use softgrip::frontend::FrontEnd;
 use softgrip::units::{DacCode, Kilopascals};
 
 use crate::arm::Phase;
-use crate::plant::Plant;
 use crate::scenario::ObjectKind;
 use crate::setup::Setup;
 
@@ -148,7 +147,7 @@ fn draw(setup: &Setup, seed: u64, stream: u64, accel_m_s2: Option<f64>) -> Setup
 /// depend on what is made of it.
 fn run(setup: &Setup) -> anyhow::Result<Record> {
     setup.check()?;
-    let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+    let mut plant = setup.plant();
     let (mut withheld_rad, mut places, mut lift) = (Vec::new(), Vec::new(), 0);
     let (mut kpa, mut dac) = (0.0, DacCode(0));
     loop {
