@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 use softgrip::FINGERS;
+use softgrip::detect::Loss;
 use softgrip::detect::LossCause;
-use softgrip::grasp::Loss;
 use softgrip::telemetry::Event;
 
 use crate::json::round;

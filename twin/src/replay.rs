@@ -1,6 +1,5 @@
 //! Recorded traces through the controller.
 
-use softgrip::detect::Loss;
 use softgrip::frontend::FrontEnd;
 use softgrip::units::{AdcCode, Instant, Kilopascals, Microstrain, Volts};
 use softgrip::{Command, Controller, Grip, RawFrame, TICK_US};

@@ -203,7 +203,7 @@ fn approach(
     gauges: &[Gauge],
     table: &FingerTable,
 ) -> anyhow::Result<Option<[f64; 3]>> {
-    let active = Settings::default()
+    let active = Settings::for_finger(&FrontEnd::REFERENCE, table)
         .validate(&FrontEnd::REFERENCE, table)
         .map_err(|error| anyhow::anyhow!("settings: {error}"))?;
     let mut estimator = Estimator::new();
