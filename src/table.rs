@@ -220,7 +220,8 @@ impl FingerTable {
     ) -> (Kilopascals, Range) {
         let step = self.max_pressure_kpa / (ROWS - 1) as f32;
         let above = rows.partition_point(|row| column(row) <= value);
-        match &rows[above.saturating_sub(1)..] {
+        // Never out of range, which the compiler cannot tell of a part of the table.
+        match rows.get(above.saturating_sub(1)..).unwrap_or_default() {
             [low, high, ..] if above > 0 => {
                 let fraction = (value - column(low)) / (column(high) - column(low));
                 (

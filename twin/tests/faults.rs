@@ -1,6 +1,5 @@
 //! What each fault does to the air and to the converter's codes, and how a run with faults is judged.
 
-use finger::chain::Chain;
 use softgrip::detect::LossCause;
 use softgrip::fault::Fault;
 use softgrip::frontend::FrontEnd;
@@ -10,9 +9,7 @@ use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
 use twin::events::TimedEvent;
 use twin::fault::Injected;
-use twin::gripper::Gripper;
 use twin::plant::Truth;
-use twin::scenario::Scenario;
 use twin::setup::Setup;
 use twin::sim::{Outcome, Run};
 
