@@ -87,6 +87,16 @@ struct Place {
     range: Range,
 }
 
+impl Row {
+    fn lift(&self, kind: ObjectKind) -> f32 {
+        let [sphere, cylinder] = self.lift_n;
+        match kind {
+            ObjectKind::Sphere => sphere,
+            ObjectKind::Cylinder => cylinder,
+        }
+    }
+}
+
 impl FingerTable {
     /// Gauge strain of the free finger.
     pub fn free_strain(&self, pressure: Kilopascals) -> (Microstrain, Range) {
@@ -122,10 +132,12 @@ impl FingerTable {
     /// not known.
     pub fn lift(&self, kind: ObjectKind, pressure: Kilopascals) -> Option<(Newtons, Range)> {
         let place = self.place(pressure);
-        let (column, rows) = self.lift_column(kind);
         // The upper of two rows counts only if it has a share beyond rounding.
         let needed = place.index + 1 + usize::from(place.fraction > 1e-3);
-        (needed <= rows.len()).then(|| (Newtons(self.between(place, column)), place.range))
+        (needed <= self.lift_rows(kind).len()).then(|| {
+            let lift = self.between(place, |row| row.lift(kind));
+            (Newtons(lift), place.range)
+        })
     }
 
     /// The lowest pressure whose lift carries `load`; beyond [`FingerTable::lift_known_to`] it is
@@ -135,23 +147,24 @@ impl FingerTable {
         kind: ObjectKind,
         load: Newtons,
     ) -> Option<(Kilopascals, Range)> {
-        let (column, rows) = self.lift_column(kind);
-        (!rows.is_empty()).then(|| self.inverse(rows, load.0, column))
+        let rows = self.lift_rows(kind);
+        (!rows.is_empty()).then(|| self.inverse(rows, load.0, |row| row.lift(kind)))
     }
 
     /// The highest pressure at which the lift is known; none if it is at no pressure.
     pub fn lift_known_to(&self, kind: ObjectKind) -> Option<Kilopascals> {
-        let (_, rows) = self.lift_column(kind);
+        let rows = self.lift_rows(kind);
         (!rows.is_empty()).then(|| self.last_of(rows))
     }
 
-    /// Where the lift stands in a row, and the rows that know it.
-    fn lift_column(&self, kind: ObjectKind) -> (fn(&Row) -> f32, &[Row]) {
-        let (column, rows): (fn(&Row) -> f32, u8) = match kind {
-            ObjectKind::Sphere => (|row| row.lift_n[0], self.lift_rows[0]),
-            ObjectKind::Cylinder => (|row| row.lift_n[1], self.lift_rows[1]),
+    /// The rows that know the lift.
+    fn lift_rows(&self, kind: ObjectKind) -> &[Row] {
+        let [sphere, cylinder] = self.lift_rows;
+        let rows = match kind {
+            ObjectKind::Sphere => sphere,
+            ObjectKind::Cylinder => cylinder,
         };
-        (column, self.rows.get(..rows.into()).unwrap_or(&self.rows))
+        self.rows.get(..rows.into()).unwrap_or(&self.rows)
     }
 
     /// Angle of each link to the unbent finger: `Φ_i = Σ T_j / k_j, j ≤ i` (paper, eqs 22 and 24, corrected).
@@ -220,7 +233,8 @@ impl FingerTable {
     ) -> (Kilopascals, Range) {
         let step = self.max_pressure_kpa / (ROWS - 1) as f32;
         let above = rows.partition_point(|row| column(row) <= value);
-        match &rows[above.saturating_sub(1)..] {
+        // Never out of range, which the compiler cannot tell of a part of the table.
+        match rows.get(above.saturating_sub(1)..).unwrap_or_default() {
             [low, high, ..] if above > 0 => {
                 let fraction = (value - column(low)) / (column(high) - column(low));
                 (

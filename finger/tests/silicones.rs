@@ -11,7 +11,7 @@ const SECTION: Section = Section {
     outer_radius_m: 10e-3,
     bore_radius_m: 5e-3,
     bore_offset_m: 2e-3,
-    flat_half_angle_rad: 0.523_598_775_598_298_9,
+    flat_half_angle_rad: std::f64::consts::FRAC_PI_6,
 };
 
 fn inflate(rubber: Rubber, pressures_pa: &[f64]) -> Result<Vec<Inflated>, InflationError> {

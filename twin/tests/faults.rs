@@ -1,8 +1,6 @@
 //! What each fault does to the air and to the converter's codes, and how a run with faults is judged.
 
-use finger::chain::Chain;
-use softgrip::detect::Loss;
-use softgrip::detect::LossCause;
+use softgrip::detect::{Loss, LossCause};
 use softgrip::fault::Fault;
 use softgrip::frontend::FrontEnd;
 use softgrip::telemetry::Event;
@@ -10,9 +8,7 @@ use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
 use twin::events::TimedEvent;
 use twin::fault::Injected;
-use twin::gripper::Gripper;
 use twin::plant::Truth;
-use twin::scenario::Scenario;
 use twin::setup::Setup;
 use twin::sim::{Outcome, Run};
 
