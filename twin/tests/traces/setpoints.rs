@@ -1,8 +1,6 @@
 //! Set-points that are no steps.
 
-use super::bench::{
-    Row, csv, events_of, names, noise, refused, replay, thinned, time_of, understood,
-};
+use super::bench::{Row, csv, events_of, names, noise, replay, thinned, time_of, understood};
 
 /// The set-point as a ramp of so many kPa/s.
 fn ramped(mut rows: Vec<Row>, slew: f64) -> Vec<Row> {
