@@ -160,7 +160,9 @@ enum Mismatch {
 /// The header in a line, with the separator that makes most of the wanted columns appear.
 fn header_of(line: usize, text: &str, wanted: &[Wanted]) -> Result<Header, Mismatch> {
     let tries = text::SEPARATORS.map(|separator| {
-        let names = text::split(text, separator);
+        let mut names = text::split(text, separator);
+        // Spreadsheets keep columns that have been emptied.
+        while names.pop_if(|name| name.is_empty()).is_some() {}
         let found: Vec<Vec<usize>> = wanted
             .iter()
             .map(|wanted| units::places(&names, wanted))

@@ -75,11 +75,7 @@ pub fn check(
         }
     }
     let gauges: [Gauge; 3] = std::array::from_fn(|i| Gauge::of(rows, i, top_kpa));
-    let free_ue = match sense {
-        GaugeSense::Bend => f64::from(table.free_strain(Kilopascals(top_kpa as f32)).0.0),
-        GaugeSense::Contact => 0.0,
-    };
-    check_strain(&gauges, top_kpa, free_ue, sense, noise(&pressures))?;
+    check_strain(&gauges, top_kpa, noise(&pressures), table, sense)?;
     check_sign(rows, &gauges, top_kpa, table, sense)
 }
 
@@ -117,9 +113,9 @@ impl Gauge {
 fn check_strain(
     gauges: &[Gauge],
     top_kpa: f64,
-    free_ue: f64,
-    sense: GaugeSense,
     noise_kpa: f64,
+    table: &FingerTable,
+    sense: GaugeSense,
 ) -> anyhow::Result<()> {
     let mut changes: Vec<f64> = gauges.iter().map(|gauge| gauge.change_ue.abs()).collect();
     changes.sort_by(f64::total_cmp);
@@ -140,20 +136,36 @@ fn check_strain(
             changes[2]
         );
     }
-    let (most, is_bend) = match sense {
-        // Calibrated gains go up to two; a drift, and contact from outside.
-        GaugeSense::Bend => (2.0 * free_ue + 1_500.0, true),
-        GaugeSense::Contact => (1_000.0, top_kpa < 5.0),
-    };
     // A monitor whose wire is off shows noise alone.
-    let pressed = top_kpa > 0.02 && top_kpa > DISTINCT * noise_kpa;
-    if is_bend && pressed && two > most {
+    if top_kpa < 0.02 || top_kpa < DISTINCT * noise_kpa {
+        return Ok(());
+    }
+    let may_show = |kpa: f64| match sense {
+        // Calibrated gains go up to two; a drift, and contact from outside.
+        GaugeSense::Bend => 2.0 * free_strain(table, kpa) + 1_500.0,
+        GaugeSense::Contact if kpa < PRESSED_KPA => 2.0 * CONTACT_UE,
+        GaugeSense::Contact => f64::INFINITY,
+    };
+    let most_kpa = 1.1 * f64::from(table.max_pressure_kpa);
+    let explains = |(_, kpa): &&(&str, f64)| {
+        let shown = top_kpa * kpa;
+        *kpa > 1.0 && shown < most_kpa && two < may_show(shown)
+    };
+    if two > may_show(top_kpa)
+        && let Some((unit, _)) = UNITS.iter().find(explains)
+    {
         bail!(
             "pressure_kpa: at {top_kpa:.2} kPa, the most, two gauges move by {two:.0} µε, where this finger can show \
-             {most:.0}: the pressure looks like bar, MPa or psi, or the recipe is another finger's; {NAME_IT}"
+             {:.0}: the pressure looks like {unit}; {NAME_IT}",
+            may_show(top_kpa)
         );
     }
     Ok(())
+}
+
+/// What a free finger shows at most, µε.
+fn free_strain(table: &FingerTable, kpa: f64) -> f64 {
+    f64::from(table.free_strain(Kilopascals(kpa as f32)).0.0)
 }
 
 /// A gauge that is the wrong way round. Under a blocked finger strain may go below zero, down to a seventh of
@@ -168,7 +180,7 @@ fn check_sign(
     if top_kpa < PRESSED_KPA {
         return Ok(None);
     }
-    let free_ue = f64::from(table.free_strain(Kilopascals(top_kpa as f32)).0.0);
+    let free_ue = free_strain(table, top_kpa);
     let shares = approach(rows, gauges, table)?;
     let is_wrong = |i: usize| match (sense, shares) {
         (GaugeSense::Contact, _) => gauges[i].change_ue < -CONTACT_UE,

@@ -135,3 +135,16 @@ fn the_rule_for_contact_gauges_is_theirs() {
     let output = replay(csv(&reversed).as_bytes(), &more);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
 }
+
+#[test]
+fn a_finger_that_bends_more_than_the_recipe_says_is_no_unit() {
+    // At 60 kPa three times the default finger's bend, which no other unit of pressure explains.
+    let rows: Vec<Row> = thinned(5, 0)
+        .into_iter()
+        .map(|[t, _, _, _, p, s]| {
+            let (p, s) = (p * 60.0 / 140.0, s * 60.0 / 140.0);
+            [t, 110.0 * p, 110.0 * p + 1.0, 110.0 * p - 1.0, p, s]
+        })
+        .collect();
+    assert!(names(&events_of(&replay(csv(&rows).as_bytes(), &[]))).contains(&"empty"));
+}
