@@ -2,8 +2,8 @@
 //!
 //! Drift of the zero is the most common complaint about strain-gauge amplifiers, and a zero that has
 //! wandered by the contact threshold turns an empty close into a hold. So the zero follows the gauge
-//! while the gripper rests open, without pressure and without contact: no faster than [`RATE_UE_PER_S`],
-//! and by no more than [`TRACKED_UE`] since the last tare. Beyond that a tare is asked for.
+//! while the gripper rests open, without pressure and without contact: no faster than 100 µε/s, and by no
+//! more than 1000 µε since the last tare. Beyond that a tare is asked for.
 
 use crate::FINGERS;
 use crate::TICK_US;

@@ -94,9 +94,11 @@ impl Promises {
         good: [bool; 3],
     ) -> Result<(), Breach> {
         match event {
-            Event::Holding { .. } => {
+            Event::Holding { touching } => {
+                // A gauge that has frozen while its amplifier is silent is not known as stuck yet.
+                let deceived = (0..3).any(|i| touching[i] && !good[i]);
                 must(
-                    plant.collapsing_ticks().is_none_or(|ticks| ticks < GONE_MS),
+                    deceived || plant.collapsing_ticks().is_none_or(|ticks| ticks < GONE_MS),
                     "only what is there is held",
                     || *state,
                 )?;
