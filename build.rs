@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use finger::table::Table;
+
 /// The recipe of the finger that the firmware is for, relative to this package.
 const DEFAULT_RECIPE: &str = "recipes/rtv225.toml";
 
@@ -12,7 +14,7 @@ fn main() -> ExitCode {
     let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join(recipe);
     println!("cargo::rerun-if-changed={}", recipe.display());
     link_firmware();
-    match make_table(&recipe) {
+    match make_tables(&recipe) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             println!("cargo::error={error}");
@@ -21,12 +23,25 @@ fn main() -> ExitCode {
     }
 }
 
-fn make_table(recipe: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let recipe = finger::recipe::load(recipe)?;
-    let table = finger::table::Table::of(&recipe)?;
-    let out = PathBuf::from(std::env::var("OUT_DIR")?).join("finger_table.rs");
-    std::fs::write(out, table.to_rust())?;
+/// Writes the tables of the finger that the image is for, and of the default one for the library's tests.
+fn make_tables(recipe: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let out = PathBuf::from(std::env::var("OUT_DIR")?);
+    let default = Path::new(env!("CARGO_MANIFEST_DIR")).join(DEFAULT_RECIPE);
+    println!("cargo::rerun-if-changed={}", default.display());
+    let wanted = table(recipe)?.to_rust();
+    std::fs::write(out.join("finger_table.rs"), &wanted)?;
+    let default = match recipe == default {
+        true => wanted,
+        false => table(&default)?.to_rust(),
+    };
+    std::fs::write(out.join("default_table.rs"), default)?;
     Ok(())
+}
+
+/// The table of a recipe.
+fn table(path: &Path) -> Result<Table, Box<dyn std::error::Error>> {
+    let recipe = finger::recipe::load(path)?;
+    Ok(Table::of(&recipe).map_err(|error| format!("{}: {error}", path.display()))?)
 }
 
 /// Link arguments of the firmware; the host's binaries need none.

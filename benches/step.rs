@@ -20,6 +20,7 @@ fn frame(tick: u64) -> RawFrame {
         supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
         scans: 10,
         overrun: false,
+        carried: false,
     }
 }
 

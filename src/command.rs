@@ -45,16 +45,19 @@ pub struct Payload {
 /// Standard gravity, m/s².
 const GRAVITY: f32 = 9.806_65;
 
+/// A margin is taken of no less than this, so that it stays a number: the weight of 0.1 g.
+const LEAST_LOAD_N: f32 = 1e-3;
+
 impl Payload {
     /// What the fingers must lift: `m (g + a)` (paper, eq. 35, corrected).
     pub fn load(&self) -> Newtons {
         Newtons(self.mass.0 * (GRAVITY + self.acceleration.0))
     }
 
-    /// Lift at `pressure` beyond the load, as a share of the load.
-    pub fn margin(&self, table: &FingerTable, pressure: Kilopascals) -> f32 {
-        let (lift, _) = table.lift(self.kind, pressure);
-        lift.0 / self.load().0 - 1.0
+    /// Lift at `pressure` beyond the load, as a share of the load; none where the lift is not known.
+    pub fn margin(&self, table: &FingerTable, pressure: Kilopascals) -> Option<f32> {
+        let (lift, _) = table.lift(self.kind, pressure)?;
+        Some(lift.0 / self.load().0.max(LEAST_LOAD_N) - 1.0)
     }
 
     /// The lowest pressure that lifts the payload with the margin, or why there is none.
@@ -69,9 +72,11 @@ impl Payload {
         }
         let wanted = Newtons(self.load().0 * (1.0 + active.lift_margin));
         match table.pressure_for_lift(self.kind, wanted) {
-            (pressure, Range::Inside) if pressure.0 <= active.max_pressure.0 => Ok(pressure),
+            Some((pressure, Range::Inside)) if pressure.0 <= active.max_pressure.0 => Ok(pressure),
             _ => {
-                let (most, _) = table.lift(self.kind, active.max_pressure);
+                let (most, _) = table
+                    .lift(self.kind, active.max_pressure)
+                    .ok_or(Refusal::LiftUnknown)?;
                 let per_kilogram = (1.0 + active.lift_margin) * (GRAVITY + self.acceleration.0);
                 Err(Refusal::PayloadTooHeavy {
                     possible: Kilograms(most.0 / per_kilogram),
@@ -118,12 +123,114 @@ pub enum Refusal {
         /// What could be lifted at that acceleration.
         possible: Kilograms,
     },
+    /// The finger's table does not know what is lifted at the pressures that it would take: the recipe
+    /// has no grasp, or fingers and object find no equilibrium there.
+    LiftUnknown,
     /// A fault is latched.
     FaultLatched,
     /// A loss is latched.
     LostLatched,
     /// A tare needs open fingers without pressure.
     NotIdle,
-    /// A gauge was unusable or too far from zero during the tare.
-    TareRejected,
+    /// A tare did not give new offsets.
+    TareRejected(TareFault),
+}
+
+/// Why a tare did not give new offsets, judged over its whole length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TareFault {
+    /// A gauge has failed.
+    Gauge,
+    /// There was pressure.
+    Pressure,
+    /// A finger was bent back from where it rests: something is in the grip.
+    Contact,
+    /// More noise than a loss could be told from.
+    Noise,
+    /// The strain was not steady.
+    Drift,
+    /// Further from zero than the unbalance of any bridge.
+    OutOfRange,
+    /// A grip, a stop or a fault came in between.
+    Interrupted,
+}
+
+/// What becomes of a command. Every command but [`Command::Continue`] has exactly one, in its tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Answer {
+    /// It is being carried out.
+    Accepted,
+    /// It asks for what is being done already.
+    Unchanged,
+    /// It is not carried out.
+    Refused(Refusal),
+}
+
+impl Command {
+    /// Whether both ask for the same, to the bit. Two numbers that are none are the same too: whoever
+    /// repeats nonsense has one answer.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Grip(Grip::Pressure(a)), Self::Grip(Grip::Pressure(b))) => {
+                a.0.to_bits() == b.0.to_bits()
+            }
+            (Self::Grip(Grip::Bend(a)), Self::Grip(Grip::Bend(b))) => {
+                a.0.to_bits() == b.0.to_bits()
+            }
+            (Self::Grip(Grip::Payload(a)), Self::Grip(Grip::Payload(b))) => {
+                a.kind == b.kind
+                    && a.mass.0.to_bits() == b.mass.0.to_bits()
+                    && a.acceleration.0.to_bits() == b.acceleration.0.to_bits()
+            }
+            _ => self == other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frontend::FrontEnd;
+    use crate::settings::Settings;
+    use crate::table::FINGER;
+
+    fn sphere(kg: f32) -> Payload {
+        Payload {
+            kind: ObjectKind::Sphere,
+            mass: Kilograms(kg),
+            acceleration: MetresPerSecondSquared(5.0),
+        }
+    }
+
+    fn pressure(table: &FingerTable, kg: f32) -> Result<Kilopascals, Refusal> {
+        let active = Settings::default()
+            .validate(&FrontEnd::REFERENCE, table)
+            .expect("the defaults are valid");
+        sphere(kg).pressure(table, &active)
+    }
+
+    #[test]
+    fn what_the_table_cannot_tell_is_refused_as_unknown() {
+        let without = FingerTable {
+            lift_rows: [0, 81],
+            ..FINGER
+        };
+        assert_eq!(pressure(&without, 0.05), Err(Refusal::LiftUnknown));
+        assert_eq!(sphere(0.05).margin(&without, Kilopascals(140.0)), None);
+        assert_eq!(pressure(&without, -1.0), Err(Refusal::PayloadInvalid));
+
+        let partly = FingerTable {
+            lift_rows: [61, 81],
+            ..FINGER
+        };
+        assert_eq!(pressure(&partly, 0.02), pressure(&FINGER, 0.02));
+        assert!(pressure(&FINGER, 0.02).is_ok());
+        assert_eq!(pressure(&partly, 2.0), Err(Refusal::LiftUnknown));
+        assert!(matches!(
+            pressure(&FINGER, 2.0),
+            Err(Refusal::PayloadTooHeavy { .. })
+        ));
+    }
 }

@@ -1,18 +1,20 @@
 //! One control tick, from converter codes to converter codes.
 
-use crate::command::{Command, Motion};
-use crate::condition::{Conditioner, Gauge, Monitor, RawFrame, Reading};
-use crate::detect::Detector;
+use crate::command::{Answer, Command, Motion};
+use crate::condition::{Conditioner, Expected, Gauge, Monitor, RawFrame, Reading};
+use crate::detect::{Detector, Watch};
 use crate::estimate::{Contact, Estimator};
+use crate::event::Events;
 use crate::fault::Fault;
-use crate::grasp::{Request, Situation, State, Supervisor};
+use crate::grasp::{Situation, State, Supervisor};
 use crate::interlock::interlock;
 use crate::math::root;
 use crate::regulate::Regulator;
 use crate::settings::Active;
 use crate::table::FingerTable;
-use crate::telemetry::{Events, Indicators, Snapshot};
-use crate::units::{DacCode, Instant, Microstrain};
+use crate::telemetry::{Indicators, Snapshot};
+use crate::units::{DacCode, Instant, Kilopascals, Microstrain};
+use crate::zero::Zero;
 
 /// What one tick puts out.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +27,8 @@ pub struct Outputs {
     pub snapshot: Snapshot,
     /// For whoever must know.
     pub events: Events,
+    /// For whoever gave the command; none for [`Command::Continue`].
+    pub answer: Option<Answer>,
 }
 
 /// The controller. The firmware, the simulated gripper, the replay of traces and the tests all call
@@ -35,6 +39,7 @@ pub struct Controller {
     active: Active,
     conditioner: Conditioner,
     estimator: Estimator,
+    zero: Zero,
     detector: Detector,
     supervisor: Supervisor,
     regulator: Regulator,
@@ -58,6 +63,7 @@ impl Controller {
             active,
             conditioner: Conditioner::new(),
             estimator: Estimator::new(),
+            zero: Zero::new(),
             detector: Detector::new(),
             supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
@@ -76,24 +82,32 @@ impl Controller {
     pub fn step(&mut self, now: Instant, frame: &RawFrame, command: Command) -> Outputs {
         let (table, active) = (self.table, &self.active);
         let mut events = Events::new();
+        let before = self.supervisor.state();
         if let Command::Motion(motion) = command {
             self.motion = motion;
         }
 
-        let free = self.estimator.free_strain(table, active);
-        let reading = self.conditioner.step(frame, &active.front_end, free);
-        let tare = self.conditioner.tare_step(&reading);
+        let expected = Expected {
+            free_strain: self.estimator.free_strain(table, active),
+            pressure: self.regulator.expected(),
+        };
+        let reading =
+            self.conditioner
+                .step(frame, &active.front_end, self.zero.offsets_ue(), expected);
         let contact = self.estimator.step(&reading, table, active);
+        let idle = before == State::Idle;
+        let tare = self.zero.step(&reading, &contact, idle, active.contact_ue);
 
         let air = self.regulator.observe(now, reading.monitor);
-        let verdict = self.detector.step(
-            now,
-            &contact,
-            &self.conditioner.noise_variance(),
-            air,
-            self.supervisor.state().is_holding().then_some(self.motion),
-            active,
-        );
+        let watch = before.is_holding().then_some(Watch {
+            motion: self.motion,
+            carrying: self.supervisor.carrying(),
+            pressure_changes: matches!(before, State::Closing { reached: None, .. }),
+        });
+        let noise = self.conditioner.noise_variance();
+        let verdict = self
+            .detector
+            .step(now, &contact, &noise, air, watch, active);
 
         let situation = Situation {
             reading: &reading,
@@ -101,29 +115,33 @@ impl Controller {
             verdict,
             air,
             tare,
+            taring: self.zero.is_taring(),
+            tare_due: self.zero.tare_is_due(),
             deviating_us: self.regulator.deviating_us(now),
         };
-        match self
+        let answer = self
             .supervisor
-            .step(now, command, &situation, table, active, &mut events)
-        {
-            Request::None => {}
-            Request::StartTare => self.conditioner.start_tare(),
-            Request::CancelTare => self.conditioner.cancel_tare(),
-            Request::ClearFaults => {
-                self.conditioner.clear_faults();
-                self.regulator.restart(reading.monitor);
-            }
+            .step(now, command, &situation, table, active, &mut events);
+        match (command, answer) {
+            (Command::Tare, Some(Answer::Accepted)) => self.zero.start_tare(),
+            (Command::Acknowledge, Some(Answer::Accepted)) => self.conditioner.acknowledge(),
+            _ => {}
         }
 
         let state = self.supervisor.state();
-        let pressure = self.regulator.step(state.target(), active);
+        let pressure = if state.is_vented() {
+            self.regulator.vent(active);
+            Kilopascals(0.0)
+        } else {
+            self.regulator.step(state.target(), active)
+        };
         let dac = interlock(pressure, &state, reading.monitor, active);
         Outputs {
             dac,
             indicators: self.indicators(&reading),
             snapshot: self.snapshot(now, &reading, &contact),
             events,
+            answer,
         }
     }
 
@@ -161,8 +179,10 @@ impl Controller {
             margin: self
                 .supervisor
                 .payload()
-                .map(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
+                .and_then(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
             noise: noise.map(Microstrain),
+            drift: self.zero.drift(),
+            tare_due: self.zero.tare_is_due(),
         }
     }
 }

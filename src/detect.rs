@@ -22,8 +22,9 @@ use crate::FINGERS;
 use crate::command::Motion;
 use crate::estimate::Contact;
 use crate::math::{lag_gain, root};
+use crate::regulate::Air;
 use crate::settings::Active;
-use crate::units::{Instant, Kilopascals, Microstrain};
+use crate::units::{Instant, Microstrain};
 
 /// What the detector makes of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,13 +65,38 @@ pub enum LossCause {
     Missing,
 }
 
-/// What the regulator knows that bears on the verdict.
+/// How what is held is to be watched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Watch {
+    /// What the arm does.
+    pub motion: Motion,
+    /// Fingers that touched when the hold was recognised.
+    pub carrying: [bool; FINGERS],
+    /// The pressure is on its way to another set-point, so a residual that drifts is no slip, and air that
+    /// lags behind is no air loss.
+    pub pressure_changes: bool,
+}
+
+/// A latched loss.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Air {
-    /// Measured pressure, where there is a measurement.
-    pub measured: Option<Kilopascals>,
-    /// What the commands so far should have given.
-    pub expected: Kilopascals,
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Loss {
+    /// When the collapse began, as estimated.
+    pub onset: Instant,
+    /// When it was reported.
+    pub flagged: Instant,
+    /// How it showed.
+    pub cause: LossCause,
+    /// How far each finger's residual had fallen when it was reported, as a share of its plateau; none
+    /// without a usable gauge.
+    pub evidence: [Option<f32>; FINGERS],
+}
+
+impl Loss {
+    /// From the onset to the report, µs.
+    pub fn latency_us(&self) -> u64 {
+        self.flagged.micros_since(self.onset)
+    }
 }
 
 /// Averaging of each residual into the plateau that a hold starts from: short against `settle_ms`,
@@ -105,6 +131,9 @@ const FINGER_SIGMAS: f32 = 2.0;
 const LATELY_MS: f32 = 1_000.0;
 /// An object that turns in the grip lets the other fingers pass through their plateau on the way.
 const FELT_TICKS: u16 = 50;
+/// A gauge that was away for longer than a spike comes back as a new start of its finger: it may have been
+/// repaired, and the object may have been turned meanwhile.
+const AWAY_TICKS: u8 = 3;
 /// The pressure must be missing this long to be an air loss: ripple is shorter, and 50 ms are allowed.
 const AIR_TICKS: u16 = 20;
 /// `ln` of the mean ticks between false alarms on pure noise: 10¹² ticks are 32 years at 1 kHz.
@@ -179,12 +208,18 @@ struct Hold {
     evidence: f32,
     onset: Instant,
     slip: Slip,
+    /// The pressure has changed since the plateau was taken.
+    outdated: bool,
 }
 
 /// The detector's memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Detector {
     plateau: [f32; FINGERS],
+    /// Strain of a free finger, averaged like the plateau.
+    free: f32,
+    /// Ticks since each gauge was usable.
+    away: [u8; FINGERS],
     hold: Option<Hold>,
     air_ticks: u16,
     plateau_gain: f32,
@@ -201,6 +236,8 @@ impl Detector {
         let level_gain = lag_gain(LEVEL_MS);
         Self {
             plateau: [0.0; FINGERS],
+            free: 0.0,
+            away: [0; FINGERS],
             hold: None,
             air_ticks: 0,
             plateau_gain: lag_gain(PLATEAU_MS),
@@ -216,35 +253,66 @@ impl Detector {
         self.hold.as_ref().map(|hold| hold.level)
     }
 
-    /// Judges one tick. `held` says how the arm moves while the supervisor believes that something is held;
-    /// the first such tick makes the present plateau the reference.
+    /// Judges one tick. `watch` is given while the supervisor believes that something is held; the first such
+    /// tick, and the end of a change of the pressure, make the present plateau the reference.
     pub fn step(
         &mut self,
         now: Instant,
         contact: &Contact,
         noise_variance: &[f32; FINGERS],
         air: Air,
-        held: Option<Motion>,
+        watch: Option<Watch>,
         active: &Active,
     ) -> Verdict {
-        for (plateau, residual) in self.plateau.iter_mut().zip(contact.residual) {
-            if let Some(residual) = residual {
-                *plateau += self.plateau_gain * (residual.0 - *plateau);
+        for (i, residual) in contact.residual.iter().enumerate() {
+            let Some(residual) = residual else {
+                self.away[i] = self.away[i].saturating_add(1);
+                continue;
+            };
+            let plateau = &mut self.plateau[i];
+            *plateau += self.plateau_gain * (residual.0 - *plateau);
+            if core::mem::take(&mut self.away[i]) >= AWAY_TICKS {
+                *plateau = residual.0;
+                if let Some(hold) = &mut self.hold {
+                    hold.plateau[i] = residual.0;
+                    hold.lately[i] = residual.0;
+                }
             }
         }
-        let Some(motion) = held else {
+        self.free += self.plateau_gain * (contact.free.0 - self.free);
+        let Some(Watch {
+            motion,
+            carrying,
+            pressure_changes,
+        }) = watch
+        else {
             self.hold = None;
             self.air_ticks = 0;
             return Verdict::Unarmed;
         };
-        if self.air_is_going(air, active) {
+        if pressure_changes {
+            self.air_ticks = 0;
+        } else if self.air_is_going(air, active) {
             return Verdict::AirLoss;
         }
+        // A fall that has begun is judged against the plateau that it began from.
+        if !pressure_changes
+            && self
+                .hold
+                .is_some_and(|hold| hold.outdated && hold.evidence == 0.0)
+        {
+            self.hold = None;
+        }
+        // A finger that did not touch is no part of the grip, even if what it felt before still fades.
+        let plateau: [f32; FINGERS] = core::array::from_fn(|i| match carrying[i] {
+            true => self.plateau[i],
+            false => 0.0,
+        });
         let hold = self.hold.get_or_insert(Hold {
             since: now,
-            plateau: self.plateau,
-            lately: self.plateau,
-            free: contact.free,
+            plateau,
+            lately: plateau,
+            free: Microstrain(self.free),
             level: 1.0,
             rate: 0.0,
             recent: 1.0,
@@ -255,12 +323,14 @@ impl Detector {
             evidence: 0.0,
             onset: now,
             slip: Slip::NONE,
+            outdated: false,
         });
+        hold.outdated |= pressure_changes;
         let settling = now.micros_since(hold.since) < SETTLING_US;
         if settling {
             // While the fingers follow the last of the pressure, the grip still tightens.
             hold.free.0 = hold.free.0.max(contact.free.0);
-            for (held, plateau) in hold.plateau.iter_mut().zip(self.plateau) {
+            for (held, plateau) in hold.plateau.iter_mut().zip(plateau) {
                 *held = held.max(plateau);
             }
         }
@@ -281,7 +351,9 @@ impl Detector {
         hold.level += self.level_gain * (shares.sum - hold.level);
         hold.rate += self.level_gain * ((hold.level - before) * TICKS_PER_S - hold.rate);
         hold.least += self.level_gain * (shares.emptiest - hold.least);
-        hold.passed = hold.least > PASSED || hold.passed && hold.level > 1.0;
+        // Neither a higher pressure nor an object that is still being put in is a way past the tips.
+        hold.passed =
+            !hold.outdated && !settling && (hold.least > PASSED || hold.passed && hold.level > 1.0);
         let reached = match hold.passed {
             true => hold.level,
             false => hold.level.min(1.0),
@@ -335,6 +407,9 @@ impl Detector {
             };
         }
 
+        if hold.outdated {
+            return Verdict::Holding;
+        }
         // White noise of variance σ² through a first-order lag of gain g: σ² g / (2 − g).
         let level_variance = shares.variance * self.level_variance;
         let slip = limits.slip * active.slip;
@@ -376,7 +451,7 @@ mod tests {
     use crate::frontend::FrontEnd;
     use crate::settings::Settings;
     use crate::table::{FINGER, Range};
-    use crate::units::Degrees;
+    use crate::units::{Degrees, Kilopascals};
     use std::vec::Vec;
 
     const PLATEAU: f32 = 4_000.0;
@@ -411,12 +486,17 @@ mod tests {
                 free: self.free,
                 bend: Degrees(0.0),
                 range: Range::Inside,
+                known: true,
             };
             let now = Instant::from_micros(1_000 * self.tick);
             let noise = [400.0; 3];
-            let held = holding.then_some(self.motion);
+            let watch = holding.then_some(Watch {
+                motion: self.motion,
+                carrying: [true; 3],
+                pressure_changes: false,
+            });
             self.detector
-                .step(now, &contact, &noise, air, held, &self.active)
+                .step(now, &contact, &noise, air, watch, &self.active)
         }
 
         fn hold(&mut self) {

@@ -5,7 +5,7 @@
 //! object falls at held pressure it dips and then rises, because the finger is free to bend further.
 
 use crate::FINGERS;
-use crate::condition::{Monitor, Reading};
+use crate::condition::{Gauge, Monitor, Reading};
 use crate::settings::{Active, GaugeSense};
 use crate::table::{FingerTable, Range};
 use crate::units::{Degrees, Kilopascals, Microstrain};
@@ -23,6 +23,8 @@ pub struct Contact {
     pub bend: Degrees,
     /// Whether the pressure was inside the table.
     pub range: Range,
+    /// The pressure has been known for so long that the finger's shape is, too.
+    pub known: bool,
 }
 
 impl Contact {
@@ -44,10 +46,18 @@ fn count(fingers: [bool; FINGERS]) -> usize {
         .fold(0, |sum: usize, finger| sum.saturating_add(finger.into()))
 }
 
+/// Below this the fingers are open: the monitor's own error is ±2 kPa and the finger moves by less
+/// than half a degree.
+pub(crate) const OPEN_KPA: f32 = 6.0;
 /// Contact, once made, is kept down to this share of its threshold.
 const RELEASE_SHARE: f32 = 0.6;
 /// Contact must come or go for this long: longer than a spike, shorter than anything that matters.
 const DEBOUNCE_TICKS: u8 = 5;
+
+/// The pressure may be unknown for this long before the shape that follows it is: a quarter of its lag.
+const BLIND_TICKS: u16 = 20;
+/// The shape has then to be waited for: five time constants of the finger's lag.
+const KNOWN_AFTER_TICKS: u16 = 500;
 
 /// The finger behind the pressure: the air's first-order lag, then the finger's swing.
 #[derive(Debug, Clone, Copy)]
@@ -98,6 +108,8 @@ impl Touch {
 pub struct Estimator {
     /// Unknown before the first measurement.
     lag: Option<Lag>,
+    blind_ticks: u16,
+    unknown_ticks: u16,
     touches: [Touch; FINGERS],
     bend: Degrees,
 }
@@ -107,6 +119,8 @@ impl Estimator {
     pub fn new() -> Self {
         Self {
             lag: None,
+            blind_ticks: 0,
+            unknown_ticks: 0,
             touches: [Touch::default(); FINGERS],
             bend: Degrees(0.0),
         }
@@ -135,6 +149,12 @@ impl Estimator {
                 rate_kpa: 0.0,
             });
             lag.step(pressure, active);
+            self.unknown_ticks = match core::mem::take(&mut self.blind_ticks) {
+                BLIND_TICKS.. => KNOWN_AFTER_TICKS,
+                _ => self.unknown_ticks.saturating_sub(1),
+            };
+        } else {
+            self.blind_ticks = self.blind_ticks.saturating_add(1);
         }
         let pressure = self.lagged_pressure();
         let (free, range) = table.free_strain(pressure);
@@ -145,8 +165,14 @@ impl Estimator {
         let fingers = reading.gauges.iter().zip(active.free_bend_gain);
         let results = residual.iter_mut().zip(&mut self.touches);
         for ((gauge, gain), (slot, touch)) in fingers.zip(results) {
-            let Some(strain) = gauge.strain() else {
-                continue;
+            let strain = match *gauge {
+                Gauge::Valid(strain) => strain,
+                Gauge::Missing => continue,
+                // What has failed feels nothing: a finger must not be taken to touch for ever.
+                Gauge::Failed(_) => {
+                    *touch = Touch::default();
+                    continue;
+                }
             };
             let value = match active.gauge_sense {
                 GaugeSense::Bend => gain * free.0 - strain.0,
@@ -170,6 +196,7 @@ impl Estimator {
             free,
             bend: self.bend,
             range,
+            known: self.blind_ticks < BLIND_TICKS && self.unknown_ticks == 0,
         }
     }
 }
@@ -183,7 +210,6 @@ impl Default for Estimator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::condition::Gauge;
     use crate::frontend::FrontEnd;
     use crate::settings::Settings;
     use crate::table::FINGER;

@@ -14,16 +14,22 @@
 //! *Lost* is latched beside the state: it outlives a release and stands until it is acknowledged.
 //! What a fault leaves in the grip is watched on, where the gauges can still tell.
 
+mod failures;
+mod obey;
+
 use crate::FINGERS;
-use crate::command::{Command, Grip, Payload, Refusal};
-use crate::condition::{Gauge, Monitor, Reading, TareResult};
-use crate::detect::{Air, LossCause, Verdict};
-use crate::estimate::Contact;
-use crate::fault::{Fault, SafeOutput};
-use crate::settings::{Active, OnFault, OnLoss};
-use crate::table::{FingerTable, Range};
-use crate::telemetry::{Event, Events};
+use crate::command::{Answer, Command, Payload, Refusal};
+use crate::condition::Reading;
+use crate::detect::{Loss, LossCause, Verdict};
+use crate::estimate::{Contact, OPEN_KPA};
+use crate::event::{Event, Events};
+use crate::fault::Fault;
+use crate::regulate::Air;
+use crate::settings::{Active, OnLoss};
+use crate::table::FingerTable;
 use crate::units::{Instant, Kilopascals};
+use crate::zero::TareResult;
+use obey::Asked;
 
 /// Where the gripper is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,48 +100,32 @@ impl State {
         }
     }
 
-    /// Whether something is held, and the detector is to watch it.
+    /// The fault that is latched.
+    pub fn fault(&self) -> Option<Fault> {
+        match *self {
+            Self::Fault { fault, .. } => Some(fault),
+            _ => None,
+        }
+    }
+
+    /// Whether nothing but zero may be commanded: a fault that has let the air out.
+    pub fn is_vented(&self) -> bool {
+        matches!(self, Self::Fault { target, .. } if target.0 <= 0.0)
+    }
+
+    /// Whether something is held, and the detector is to watch it: also while it is held at another
+    /// pressure, and in a fault that leaves it in the grip.
     pub fn is_holding(&self) -> bool {
         matches!(
             self,
-            Self::Holding { .. } | Self::Fault { watching: true, .. }
+            Self::Holding { .. }
+                | Self::Closing {
+                    purpose: Purpose::Change,
+                    ..
+                }
+                | Self::Fault { watching: true, .. }
         )
     }
-}
-
-/// A latched loss.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Loss {
-    /// When the collapse began, as estimated.
-    pub onset: Instant,
-    /// When it was reported.
-    pub flagged: Instant,
-    /// How it showed.
-    pub cause: LossCause,
-    /// How far each finger's residual had fallen when it was reported, as a share of its plateau; none
-    /// without a usable gauge.
-    pub evidence: [Option<f32>; FINGERS],
-}
-
-impl Loss {
-    /// From the onset to the report, µs.
-    pub fn latency_us(&self) -> u64 {
-        self.flagged.micros_since(self.onset)
-    }
-}
-
-/// What the conditioner is to do about the tare.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Request {
-    /// Nothing.
-    None,
-    /// Start one.
-    StartTare,
-    /// Abandon a running one: the fingers are about to move.
-    CancelTare,
-    /// Forget latched gauge and regulator faults.
-    ClearFaults,
 }
 
 /// What the supervisor sees in one tick.
@@ -151,6 +141,10 @@ pub struct Situation<'a> {
     pub air: Air,
     /// A tare that ended in this tick.
     pub tare: Option<TareResult>,
+    /// A tare is running.
+    pub taring: bool,
+    /// A tare is asked for.
+    pub tare_due: bool,
     /// The pressure has deviated from the command for this long, µs.
     pub deviating_us: u64,
 }
@@ -161,19 +155,8 @@ const FINGERS_OF_A_GRIP: usize = 2;
 const REACHED_KPA: f32 = 3.0;
 /// The pressure should have reached its set-point when the expected one is this close.
 const DUE_KPA: f32 = 0.5;
-/// Below this the fingers are open: the monitor's own error is ±2 kPa and the finger moves by less
-/// than half a degree.
-const OPEN_KPA: f32 = 6.0;
 /// A release has ended its hold after this at the latest, even if contact never clears.
 const RELEASE_LIMIT_US: u64 = 1_000_000;
-/// Measured pressure may exceed the limit by this before it is a fault: 2.5 % of full scale.
-const OVER_PRESSURE_KPA: f32 = 5.0;
-/// Ticks without usable data: two are a hiccup.
-const STALE_TICKS: u32 = 5;
-/// The robot's 24 V may come this much later than the board's own supply.
-const POWER_UP_US: u64 = 1_000_000;
-/// Supply must be low this long: a valve switching is shorter.
-const SUPPLY_TICKS: u16 = 10;
 
 /// The supervisor.
 #[derive(Debug, Clone, Copy)]
@@ -187,8 +170,17 @@ pub struct Supervisor {
     /// When the robot last said something; unknown before the first tick.
     heard: Option<Instant>,
     touched: [bool; FINGERS],
+    /// Fingers that touched when the hold was recognised.
+    carrying: [bool; FINGERS],
     failed: [bool; FINGERS],
     supply_ticks: u16,
+    tare_was_due: bool,
+    /// The last command but acknowledgements, with its answer.
+    asked: Option<Asked>,
+    /// When the last acknowledgement came.
+    acknowledged: Option<Instant>,
+    /// The latched fault has been acknowledged, and ends with its cause.
+    fault_was_seen: bool,
 }
 
 impl Supervisor {
@@ -209,8 +201,13 @@ impl Supervisor {
             slipping: false,
             heard: None,
             touched: [false; FINGERS],
+            carrying: [false; FINGERS],
             failed: [false; FINGERS],
             supply_ticks: 0,
+            tare_was_due: false,
+            asked: None,
+            acknowledged: None,
+            fault_was_seen: false,
         }
     }
 
@@ -224,6 +221,11 @@ impl Supervisor {
         self.lost
     }
 
+    /// Fingers that touched when the present hold was recognised.
+    pub fn carrying(&self) -> [bool; FINGERS] {
+        self.carrying
+    }
+
     /// What the present grip was asked to carry.
     pub fn payload(&self) -> Option<Payload> {
         match self.state {
@@ -234,7 +236,8 @@ impl Supervisor {
         }
     }
 
-    /// Decides what to do in this tick; the new state's target is the pressure to go to.
+    /// Decides what to do in this tick, and answers the command; the new state's target is the pressure to
+    /// go to.
     pub fn step(
         &mut self,
         now: Instant,
@@ -243,7 +246,7 @@ impl Supervisor {
         table: &FingerTable,
         active: &Active,
         events: &mut Events,
-    ) -> Request {
+    ) -> Option<Answer> {
         if let (None, State::Fault { fault, .. }) = (self.heard, self.state) {
             events.add(Event::Fault {
                 fault,
@@ -254,149 +257,25 @@ impl Supervisor {
             self.heard = Some(now);
         }
         self.report_gauges(situation.reading, events);
-        match situation.tare {
-            Some(TareResult::Done) => events.add(Event::Tared),
-            Some(TareResult::Rejected) => events.add(Event::Refused(Refusal::TareRejected)),
-            None => {}
-        }
+        self.report_zero(situation, events);
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
-        let seen = matches!(self.state, State::Fault { .. });
-        if let Some(fault) = self.find_fault(now, situation, active) {
-            self.enter_fault(fault, active, events);
+        let latched = self.state.fault();
+        let cause = self.find_fault(now, situation, active);
+        if let Some(fault) = cause {
+            self.enter_fault(fault, situation.air, active, events);
         }
+        self.leave_fault(now, cause, situation, events);
         // A command comes before the verdict: what the robot lets go in this tick is not lost.
-        let request = self.obey(now, command, seen, table, active, events);
+        let answer = match command {
+            Command::Continue => None,
+            Command::Alive | Command::Motion(_) => Some(Answer::Accepted),
+            Command::Acknowledge => Some(self.acknowledge(now, latched, situation.reading, events)),
+            Command::Grip(_) | Command::Release | Command::Stop | Command::Tare => {
+                Some(self.obey(now, command, situation, table, active, events))
+            }
+        };
         self.advance(now, situation, active, events);
-        request
-    }
-
-    fn obey(
-        &mut self,
-        now: Instant,
-        command: Command,
-        fault_was_seen: bool,
-        table: &FingerTable,
-        active: &Active,
-        events: &mut Events,
-    ) -> Request {
-        match command {
-            Command::Continue | Command::Alive | Command::Motion(_) => Request::None,
-            Command::Stop => {
-                self.enter_fault(Fault::Stopped, active, events);
-                Request::CancelTare
-            }
-            Command::Grip(grip) => match self.accept_grip(grip, table, active) {
-                Ok(target) => {
-                    let purpose = match self.state {
-                        State::Closing { purpose, .. } => purpose,
-                        State::Holding { .. } => Purpose::Change,
-                        State::Idle
-                        | State::Empty { .. }
-                        | State::Releasing { .. }
-                        | State::Fault { .. } => {
-                            self.touched = [false; FINGERS];
-                            self.regripped = false;
-                            Purpose::Grip
-                        }
-                    };
-                    self.state = State::Closing {
-                        target,
-                        reached: None,
-                        purpose,
-                    };
-                    self.payload = match grip {
-                        Grip::Payload(payload) => Some(payload),
-                        Grip::Default | Grip::Pressure(_) | Grip::Bend(_) => None,
-                    };
-                    Request::CancelTare
-                }
-                Err(refusal) => {
-                    events.add(Event::Refused(refusal));
-                    Request::None
-                }
-            },
-            Command::Release => {
-                match self.state {
-                    State::Fault { .. } => {
-                        events.add(Event::Refused(Refusal::FaultLatched));
-                    }
-                    State::Idle | State::Releasing { .. } => {}
-                    State::Closing { .. } | State::Holding { .. } | State::Empty { .. } => {
-                        self.state = State::Releasing {
-                            since: now,
-                            holding: !matches!(self.state, State::Empty { .. }),
-                        };
-                    }
-                }
-                Request::None
-            }
-            Command::Acknowledge => {
-                self.lost = None;
-                self.failed = [false; FINGERS];
-                if let State::Fault {
-                    fault,
-                    target,
-                    watching,
-                } = self.state
-                    && fault_was_seen
-                    && fault.rule().acknowledges
-                {
-                    // What is held stays held: acknowledging must not drop it.
-                    self.state = if target.0 > 0.0 {
-                        State::Closing {
-                            target,
-                            reached: None,
-                            purpose: match watching {
-                                true => Purpose::Change,
-                                false => Purpose::Grip,
-                            },
-                        }
-                    } else {
-                        State::Releasing {
-                            since: now,
-                            holding: false,
-                        }
-                    };
-                }
-                events.add(Event::Acknowledged);
-                Request::ClearFaults
-            }
-            Command::Tare => match self.state {
-                State::Idle => Request::StartTare,
-                _ => {
-                    events.add(Event::Refused(Refusal::NotIdle));
-                    Request::None
-                }
-            },
-        }
-    }
-
-    fn accept_grip(
-        &self,
-        grip: Grip,
-        table: &FingerTable,
-        active: &Active,
-    ) -> Result<Kilopascals, Refusal> {
-        if matches!(self.state, State::Fault { .. }) {
-            return Err(Refusal::FaultLatched);
-        }
-        if self.lost.is_some() {
-            return Err(Refusal::LostLatched);
-        }
-        let limit = active.max_pressure.0;
-        match grip {
-            Grip::Default => Ok(active.grip_pressure),
-            // A NaN is in no range.
-            Grip::Pressure(pressure) if pressure.0 > 0.0 && pressure.0 <= limit => Ok(pressure),
-            Grip::Pressure(_) => Err(Refusal::PressureOutOfRange),
-            Grip::Bend(bend) => match table.pressure_for_bend(bend) {
-                (pressure, Range::Inside) if pressure.0 > 0.0 && pressure.0 <= limit => {
-                    Ok(pressure)
-                }
-                _ => Err(Refusal::BendOutOfRange),
-            },
-            Grip::Payload(payload) => payload.pressure(table, active),
-        }
+        answer
     }
 
     fn advance(
@@ -408,6 +287,22 @@ impl Supervisor {
     ) {
         let contact = situation.contact;
         let pressure = situation.air.measured.map(|pressure| pressure.0);
+        if let Verdict::Lost {
+            onset,
+            cause,
+            evidence,
+        } = situation.verdict
+            && self.state.is_holding()
+        {
+            let loss = Loss {
+                onset,
+                flagged: now,
+                cause,
+                evidence,
+            };
+            self.lose(loss, self.state.target(), active, events);
+            return;
+        }
         match self.state {
             State::Idle | State::Empty { .. } => {}
             State::Closing {
@@ -430,11 +325,19 @@ impl Supervisor {
                     }
                     return;
                 };
-                if now.micros_since(since) < active.settle_us {
+                // Air that is going is no object that is, and without its pressure a finger feels nothing.
+                let settled = now.micros_since(since) >= active.settle_us;
+                if !settled || situation.deviating_us > 0 || !contact.known {
                     return;
                 }
-                if contact.touching_count() >= FINGERS_OF_A_GRIP {
+                let needed = match purpose {
+                    Purpose::Grip | Purpose::Regrip => FINGERS_OF_A_GRIP,
+                    // What two fingers hold is still held when the gauge of one of them fails.
+                    Purpose::Change => self.living_carriers(contact).clamp(1, FINGERS_OF_A_GRIP),
+                };
+                if contact.touching_count() >= needed {
                     self.slipping = false;
+                    self.carrying = contact.touching;
                     self.state = State::Holding { target, since: now };
                     events.add(Event::Holding {
                         touching: contact.touching,
@@ -452,37 +355,23 @@ impl Supervisor {
                     events.add(Event::Empty);
                 }
             }
-            State::Holding { target, .. }
-            | State::Fault {
-                target,
-                watching: true,
-                ..
-            } => match situation.verdict {
-                Verdict::Unarmed | Verdict::Holding => self.slipping = false,
-                Verdict::Slipping { rate } => {
-                    if !self.slipping {
-                        self.slipping = true;
-                        events.add(Event::Slip { rate });
+            State::Holding { .. } | State::Fault { watching: true, .. } => {
+                match situation.verdict {
+                    Verdict::Unarmed | Verdict::Holding | Verdict::Lost { .. } => {
+                        self.slipping = false
+                    }
+                    Verdict::Slipping { rate } => {
+                        if !self.slipping {
+                            self.slipping = true;
+                            events.add(Event::Slip { rate });
+                        }
+                    }
+                    Verdict::AirLoss => {
+                        events.add(Event::AirLoss);
+                        self.enter_fault(Fault::AirLoss, situation.air, active, events);
                     }
                 }
-                Verdict::Lost {
-                    onset,
-                    cause,
-                    evidence,
-                } => {
-                    let loss = Loss {
-                        onset,
-                        flagged: now,
-                        cause,
-                        evidence,
-                    };
-                    self.lose(loss, target, active, events);
-                }
-                Verdict::AirLoss => {
-                    events.add(Event::AirLoss);
-                    self.enter_fault(Fault::AirLoss, active, events);
-                }
-            },
+            }
             State::Fault {
                 watching: false, ..
             } => {}
@@ -533,6 +422,16 @@ impl Supervisor {
         };
     }
 
+    /// Fingers that carry what is held, with a gauge that is usable.
+    fn living_carriers(&self, contact: &Contact) -> usize {
+        let living = contact.residual.map(|residual| residual.is_some());
+        let mut count = 0usize;
+        for (carries, lives) in self.carrying.into_iter().zip(living) {
+            count = count.saturating_add((carries && lives).into());
+        }
+        count
+    }
+
     fn report_touch(&mut self, contact: &Contact, events: &mut Events) {
         for (finger, touched) in self.touched.iter_mut().enumerate() {
             if contact.touching[finger] && !*touched {
@@ -544,107 +443,17 @@ impl Supervisor {
         }
     }
 
-    fn report_gauges(&mut self, reading: &Reading, events: &mut Events) {
-        for (finger, reported) in self.failed.iter_mut().enumerate() {
-            if let Gauge::Failed(fault) = reading.gauges[finger]
-                && !*reported
-            {
-                *reported = true;
-                events.add(Event::Fault {
-                    fault: fault.into(),
-                    finger: Some(finger as u8),
-                });
-            }
+    /// Answers a tare that has ended, and asks for one that is due.
+    fn report_zero(&mut self, situation: &Situation, events: &mut Events) {
+        match situation.tare {
+            Some(Ok(())) => events.add(Event::Tared),
+            Some(Err(fault)) => events.add(Event::Refused(Refusal::TareRejected(fault))),
+            None => {}
         }
-    }
-
-    /// The first thing that makes going on unsafe.
-    fn find_fault(
-        &mut self,
-        now: Instant,
-        situation: &Situation,
-        active: &Active,
-    ) -> Option<Fault> {
-        let reading = situation.reading;
-        match reading.monitor {
-            Monitor::Valid(pressure) if pressure.0 > active.max_pressure.0 + OVER_PRESSURE_KPA => {
-                return Some(Fault::OverPressure);
-            }
-            Monitor::TooHigh => return Some(Fault::MonitorHigh),
-            Monitor::Lost => return Some(Fault::MonitorLost),
-            Monitor::Valid(_) | Monitor::Missing => {}
+        if situation.tare_due && !self.tare_was_due {
+            events.add(Event::TareDue);
         }
-        if reading.stale_ticks >= STALE_TICKS {
-            return Some(match reading.overrun {
-                true => Fault::AdcOverrun,
-                false => Fault::AdcStale,
-            });
-        }
-        if let Some(supply) = reading.supply {
-            self.supply_ticks = if supply.0 < active.supply_min.0 {
-                self.supply_ticks.saturating_add(1)
-            } else {
-                0
-            };
-        }
-        if self.supply_ticks >= SUPPLY_TICKS && now.micros() > POWER_UP_US {
-            return Some(Fault::SupplyLow);
-        }
-        if situation.deviating_us >= active.not_following_us {
-            return Some(Fault::NotFollowing);
-        }
-        let silent_us = self.heard.map_or(0, |heard| now.micros_since(heard));
-        if active.host_timeout_us.is_some_and(|most| silent_us > most) {
-            return Some(Fault::HostSilent);
-        }
-        // Two fingers still tell a loss; one cannot tell a loss from a shift of the load.
-        let mut failures = reading.gauges.iter().filter_map(|gauge| match gauge {
-            Gauge::Failed(fault) => Some(*fault),
-            Gauge::Valid(_) | Gauge::Missing => None,
-        });
-        failures.next()?;
-        failures.next().map(Fault::from)
-    }
-
-    /// Goes to the safe state. The first fault stays latched; one that comes on top of it can only take
-    /// more away.
-    fn enter_fault(&mut self, fault: Fault, active: &Active, events: &mut Events) {
-        let rule = fault.rule();
-        let vents = rule.output == SafeOutput::Vent || active.on_fault == OnFault::Vent;
-        match &mut self.state {
-            State::Fault {
-                target, watching, ..
-            } => {
-                let takes_target = vents && target.0 > 0.0;
-                let takes_watch = *watching && !rule.watches;
-                if !takes_target && !takes_watch {
-                    return;
-                }
-                if takes_target {
-                    *target = Kilopascals(0.0);
-                }
-                *watching = false;
-            }
-            State::Idle
-            | State::Closing { .. }
-            | State::Holding { .. }
-            | State::Empty { .. }
-            | State::Releasing { .. } => {
-                let held = self.state.target();
-                self.state = State::Fault {
-                    fault,
-                    target: match vents {
-                        true => Kilopascals(0.0),
-                        false => held,
-                    },
-                    watching: !vents && rule.watches && self.state.is_holding(),
-                };
-            }
-        }
-        events.add(Event::Fault {
-            fault,
-            finger: None,
-        });
+        self.tare_was_due = situation.tare_due;
     }
 }
 

@@ -13,9 +13,8 @@ pub fn interlock(
     monitor: Monitor,
     active: &Active,
 ) -> DacCode {
-    let vented = matches!(state, State::Fault { target, .. } if target.0 <= 0.0);
     let too_high = matches!(monitor, Monitor::TooHigh);
-    if vented || too_high || command.0.is_nan() {
+    if state.is_vented() || too_high || command.0.is_nan() {
         return DacCode(0);
     }
     let limited = command.0.max(0.0).min(active.max_pressure.0);

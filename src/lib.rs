@@ -28,11 +28,14 @@ pub mod scan;
 
 pub mod condition;
 pub mod estimate;
+pub mod zero;
 
 pub mod detect;
 
 pub mod command;
 pub mod inputs;
+
+pub mod event;
 
 pub mod grasp;
 
@@ -44,7 +47,7 @@ pub mod controller;
 
 pub mod telemetry;
 
-pub use command::{Command, Grip};
+pub use command::{Answer, Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};
 

@@ -42,7 +42,7 @@ async fn main(spawner: Spawner) {
         FINGER.error_bound_percent,
     );
 
-    match Settings::default().validate(&board::FRONT_END, &FINGER) {
+    match Settings::for_finger(&board::FRONT_END, &FINGER).validate(&board::FRONT_END, &FINGER) {
         Ok(active) => {
             let fault = reset.is_the_programs().then_some(Fault::Internal);
             let controller = Controller::starting_with(fault, &FINGER, active);

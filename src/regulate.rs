@@ -1,7 +1,6 @@
 //! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
 
 use crate::condition::Monitor;
-use crate::detect::Air;
 use crate::settings::Active;
 use crate::units::Kilopascals;
 use crate::{TICK_US, units::Instant};
@@ -16,6 +15,15 @@ const TRIM_LIMIT_KPA: f32 = 10.0;
 const STEADY_KPA: f32 = 1.0;
 /// The pressure follows while it is within this of what the command should give.
 const FOLLOWING_KPA: f32 = 8.0;
+
+/// The pressure, and what it should be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Air {
+    /// Measured pressure, where there is a measurement.
+    pub measured: Option<Kilopascals>,
+    /// What the commands so far should have given.
+    pub expected: Kilopascals,
+}
 
 /// The regulator's set-point, model and trim.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +53,11 @@ impl Regulator {
         Kilopascals(self.setpoint)
     }
 
+    /// What the commands so far should have given; unknown before the first measurement.
+    pub fn expected(&self) -> Option<Kilopascals> {
+        self.expected.map(Kilopascals)
+    }
+
     /// Compares the pressure with what the commands so far should have given.
     pub fn observe(&mut self, now: Instant, monitor: Monitor) -> Air {
         let measured = match monitor {
@@ -72,13 +85,13 @@ impl Regulator {
             .map_or(0, |since| now.micros_since(since))
     }
 
-    /// Forgets a deviation that has been acknowledged and starts from the pressure that is there.
-    pub fn restart(&mut self, monitor: Monitor) {
-        if let Monitor::Valid(pressure) = monitor {
-            self.expected = Some(pressure.0);
-        }
+    /// The output has been set to zero past this: the next rise starts from there.
+    pub fn vent(&mut self, active: &Active) {
+        self.setpoint = 0.0;
         self.trim = 0.0;
-        self.deviating_since = None;
+        if let Some(expected) = &mut self.expected {
+            *expected -= active.regulator_gain * *expected;
+        }
     }
 
     /// The command for this tick.
@@ -86,8 +99,16 @@ impl Regulator {
         let slew = active.slew_kpa_per_tick;
         let target = target.0.max(0.0).min(active.max_pressure.0);
         if let Some(expected) = &mut self.expected {
-            // A rise starts from the pressure that is still there.
-            self.setpoint = self.setpoint.max(expected.min(target));
+            // A ramp starts from the pressure that is there: a rise from no more than that, even if the model
+            // of the regulator is wrong, and a fall from no more than that, so that it stops a rise at once.
+            let (low, high) = match self.deviation {
+                Some(deviation) => {
+                    let measured = *expected + deviation;
+                    (measured.min(*expected), measured.max(*expected))
+                }
+                None => (0.0, *expected),
+            };
+            self.setpoint = self.setpoint.max(low.min(target)).min(high.max(target));
             self.setpoint += (target - self.setpoint).max(-slew).min(slew);
             *expected += active.regulator_gain * (self.setpoint - *expected);
         }

@@ -24,6 +24,7 @@ pub fn average(samples: &[u16], overrun: bool) -> RawFrame {
         supply,
         scans: count as u16,
         overrun,
+        carried: false,
     }
 }
 
@@ -52,6 +53,7 @@ mod tests {
                 supply: AdcCode(65_520),
                 scans: 2,
                 overrun: false,
+                carried: false,
             }
         );
     }

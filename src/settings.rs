@@ -91,6 +91,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
+    /// For a finger that is good for 160 kPa, as the default one is; [`Settings::for_finger`] takes any.
     fn default() -> Self {
         Self {
             grip_pressure_kpa: 140.0,
@@ -189,14 +190,45 @@ impl Active {
 }
 
 impl Settings {
+    /// The defaults for a finger: what is a pressure, or strain of contact, in proportion to what its
+    /// table and the board's regulator reach, and never above [`Settings::default`].
+    ///
+    /// Free strain tells how far the finger bends; noise and errors of the electronics do not shrink with
+    /// it, so contact and loss of air keep a floor. Times, shares and lags stay: a table does not tell them.
+    pub fn for_finger(front_end: &FrontEnd, table: &FingerTable) -> Self {
+        /// Of the highest pressure: 140 of 160 kPa. One regrip takes the rest.
+        const GRIP: f32 = 0.875;
+        /// Of free strain at the highest pressure: below what half the default finger's bend would give.
+        const CONTACT: f32 = 0.04;
+        /// Five times the noise of a decent amplifier, ten codes of the converter.
+        const LEAST_CONTACT_UE: f32 = 100.0;
+        /// Twice what a regulator of 200 kPa may be wrong by, ±1 % of full scale.
+        const LEAST_AIR_LOSS_KPA: f32 = 4.0;
+
+        let default = Self::default();
+        let max = ceiling(front_end, table).min(default.max_pressure_kpa);
+        let share = max / default.max_pressure_kpa;
+        let (free, _) = table.free_strain(Kilopascals(max));
+        Self {
+            // What is the least that may be set.
+            grip_pressure_kpa: (GRIP * max).max(1.0),
+            max_pressure_kpa: max,
+            // The whole stroke takes as long as the default's.
+            slew_kpa_per_s: share * default.slew_kpa_per_s,
+            contact_ue: (CONTACT * free.0).clamp(LEAST_CONTACT_UE, default.contact_ue),
+            air_loss_kpa: (share * default.air_loss_kpa).max(LEAST_AIR_LOSS_KPA),
+            regrip_raise_kpa: (1.0 - GRIP) * max,
+            ..default
+        }
+    }
+
     /// Checks every field against the board and the finger.
     pub fn validate(
         &self,
         front_end: &FrontEnd,
         table: &FingerTable,
     ) -> Result<Active, SettingsError> {
-        // Above the table nothing is known of the finger, above full scale nothing can be commanded.
-        let ceiling = table.max_pressure_kpa.min(front_end.regulator_full_scale.0);
+        let ceiling = ceiling(front_end, table);
         for (field, value, min, max) in [
             ("max_pressure_kpa", self.max_pressure_kpa, 1.0, ceiling),
             (
@@ -280,6 +312,11 @@ impl Settings {
     }
 }
 
+/// Above the table nothing is known of the finger, above full scale nothing can be commanded, kPa.
+fn ceiling(front_end: &FrontEnd, table: &FingerTable) -> f32 {
+    table.max_pressure_kpa.min(front_end.regulator_full_scale.0)
+}
+
 fn micros(ms: f32) -> u64 {
     (1e3 * ms) as u64
 }
@@ -287,7 +324,7 @@ fn micros(ms: f32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::FINGER;
+    use crate::table::{FINGER, ROWS};
     use std::string::ToString;
 
     fn error(settings: Settings) -> std::string::String {
@@ -304,6 +341,70 @@ mod tests {
                 .validate(&FrontEnd::REFERENCE, &FINGER)
                 .is_ok()
         );
+    }
+
+    /// The default finger up to this pressure only.
+    fn shorter(max_pressure_kpa: f32) -> FingerTable {
+        let row = |i: usize| {
+            let share = i as f32 / (ROWS - 1) as f32;
+            FINGER.row(Kilopascals(share * max_pressure_kpa)).0
+        };
+        FingerTable {
+            max_pressure_kpa,
+            rows: core::array::from_fn(row),
+            ..FINGER
+        }
+    }
+
+    #[test]
+    fn the_default_finger_has_the_default_settings() {
+        let settings = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER);
+        assert_eq!(settings, Settings::default());
+        let stronger = FingerTable {
+            max_pressure_kpa: 500.0,
+            ..FINGER
+        };
+        assert_eq!(
+            Settings::for_finger(&FrontEnd::REFERENCE, &stronger).max_pressure_kpa,
+            160.0
+        );
+    }
+
+    #[test]
+    fn the_defaults_stay_within_what_finger_and_regulator_reach() {
+        for max in [1.0, 8.0, 30.0, 33.3, 75.0, 160.0, 400.0] {
+            let settings = Settings::for_finger(&FrontEnd::REFERENCE, &shorter(max));
+            let active = settings.validate(&FrontEnd::REFERENCE, &shorter(max));
+            assert!(active.is_ok(), "{max}: {active:?}");
+            assert!(settings.grip_pressure_kpa <= settings.max_pressure_kpa);
+            let regrip = settings.grip_pressure_kpa + settings.regrip_raise_kpa;
+            assert!(max <= 1.0 || regrip <= settings.max_pressure_kpa);
+        }
+        let small = FrontEnd {
+            regulator_full_scale: Kilopascals(100.0),
+            ..FrontEnd::REFERENCE
+        };
+        let settings = Settings::for_finger(&small, &FINGER);
+        assert_eq!(settings.max_pressure_kpa, 100.0);
+        assert_eq!(settings.grip_pressure_kpa, 87.5);
+        assert!(settings.validate(&small, &FINGER).is_ok());
+        // A setting that somebody makes is not bent to fit.
+        let error = Settings::default()
+            .validate(&FrontEnd::REFERENCE, &shorter(30.0))
+            .expect_err("too high");
+        assert_eq!(
+            error.to_string(),
+            "max_pressure_kpa = 160: must lie within 1 and 30"
+        );
+    }
+
+    #[test]
+    fn a_finger_that_strains_little_is_touched_by_less() {
+        let table = shorter(30.0);
+        let (free, _) = table.free_strain(Kilopascals(30.0));
+        let settings = Settings::for_finger(&FrontEnd::REFERENCE, &table);
+        assert!(settings.contact_ue < 500.0 && settings.contact_ue >= 100.0);
+        assert!(settings.contact_ue < 0.5 * free.0, "{free:?}");
     }
 
     #[test]

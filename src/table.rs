@@ -20,7 +20,8 @@ pub struct Row {
     pub tip_mm: [f32; 2],
     /// Joint torques, N·mm (paper, table 3).
     pub torque_nmm: [f32; LINKS],
-    /// Force of the three fingers against gravity on an object of each kind, N.
+    /// Force of the three fingers against gravity on an object of each kind, N; zero where it is not
+    /// known.
     pub lift_n: [f32; OBJECTS],
 }
 
@@ -46,6 +47,9 @@ pub struct FingerTable {
     pub error_bound_percent: f32,
     /// The same for the lift.
     pub lift_error_percent: f32,
+    /// Rows, from the first on, whose lift of each kind of object is known: none without a grasp in the
+    /// recipe, not all where fingers and object find no equilibrium.
+    pub lift_rows: [u8; OBJECTS],
     /// Pressure of the last row, kPa.
     pub max_pressure_kpa: f32,
     /// Joint stiffness, N·mm/deg (paper, table 2).
@@ -55,7 +59,13 @@ pub struct FingerTable {
 }
 
 /// The table of the recipe that this build was made for.
+#[cfg(not(test))]
 pub static FINGER: FingerTable = include!(concat!(env!("OUT_DIR"), "/finger_table.rs"));
+
+/// The table of the default recipe: the library's own tests state numbers of that finger, whichever the
+/// build is for.
+#[cfg(test)]
+pub static FINGER: FingerTable = include!(concat!(env!("OUT_DIR"), "/default_table.rs"));
 
 /// Whether a look-up left the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +85,16 @@ struct Place {
     index: usize,
     fraction: f32,
     range: Range,
+}
+
+impl Row {
+    fn lift(&self, kind: ObjectKind) -> f32 {
+        let [sphere, cylinder] = self.lift_n;
+        match kind {
+            ObjectKind::Sphere => sphere,
+            ObjectKind::Cylinder => cylinder,
+        }
+    }
 }
 
 impl FingerTable {
@@ -100,27 +120,51 @@ impl FingerTable {
             tip_angle_deg: self.between(place, |row| row.tip_angle_deg),
             tip_mm: core::array::from_fn(|i| self.between(place, |row| row.tip_mm[i])),
             torque_nmm: core::array::from_fn(|i| self.between(place, |row| row.torque_nmm[i])),
-            lift_n: core::array::from_fn(|i| self.between(place, |row| row.lift_n[i])),
+            lift_n: [ObjectKind::Sphere, ObjectKind::Cylinder].map(|kind| {
+                let lift = self.lift(kind, pressure);
+                lift.map_or(0.0, |(lift, _)| lift.0)
+            }),
         };
         (row, place.range)
     }
 
-    /// Force of the three fingers against gravity before an object slides (statics).
-    pub fn lift(&self, kind: ObjectKind, pressure: Kilopascals) -> (Newtons, Range) {
+    /// Force of the three fingers against gravity before an object slides (statics); none where it is
+    /// not known.
+    pub fn lift(&self, kind: ObjectKind, pressure: Kilopascals) -> Option<(Newtons, Range)> {
         let place = self.place(pressure);
-        let lift = match kind {
-            ObjectKind::Sphere => self.between(place, |row| row.lift_n[0]),
-            ObjectKind::Cylinder => self.between(place, |row| row.lift_n[1]),
-        };
-        (Newtons(lift), place.range)
+        // The upper of two rows counts only if it has a share beyond rounding.
+        let needed = place.index + 1 + usize::from(place.fraction > 1e-3);
+        (needed <= self.lift_rows(kind).len()).then(|| {
+            let lift = self.between(place, |row| row.lift(kind));
+            (Newtons(lift), place.range)
+        })
     }
 
-    /// The lowest pressure whose lift carries `load`.
-    pub fn pressure_for_lift(&self, kind: ObjectKind, load: Newtons) -> (Kilopascals, Range) {
-        match kind {
-            ObjectKind::Sphere => self.inverse(load.0, |row| row.lift_n[0]),
-            ObjectKind::Cylinder => self.inverse(load.0, |row| row.lift_n[1]),
-        }
+    /// The lowest pressure whose lift carries `load`; beyond [`FingerTable::lift_known_to`] it is
+    /// [`Range::Above`]. None if no lift is known.
+    pub fn pressure_for_lift(
+        &self,
+        kind: ObjectKind,
+        load: Newtons,
+    ) -> Option<(Kilopascals, Range)> {
+        let rows = self.lift_rows(kind);
+        (!rows.is_empty()).then(|| self.inverse(rows, load.0, |row| row.lift(kind)))
+    }
+
+    /// The highest pressure at which the lift is known; none if it is at no pressure.
+    pub fn lift_known_to(&self, kind: ObjectKind) -> Option<Kilopascals> {
+        let rows = self.lift_rows(kind);
+        (!rows.is_empty()).then(|| self.last_of(rows))
+    }
+
+    /// The rows that know the lift.
+    fn lift_rows(&self, kind: ObjectKind) -> &[Row] {
+        let [sphere, cylinder] = self.lift_rows;
+        let rows = match kind {
+            ObjectKind::Sphere => sphere,
+            ObjectKind::Cylinder => cylinder,
+        };
+        self.rows.get(..rows.into()).unwrap_or(&self.rows)
     }
 
     /// Angle of each link to the unbent finger: `Φ_i = Σ T_j / k_j, j ≤ i` (paper, eqs 22 and 24, corrected).
@@ -136,12 +180,18 @@ impl FingerTable {
 
     /// The pressure at which the free finger bends by `bend`.
     pub fn pressure_for_bend(&self, bend: Degrees) -> (Kilopascals, Range) {
-        self.inverse(bend.0, |row| row.tip_angle_deg)
+        self.inverse(&self.rows, bend.0, |row| row.tip_angle_deg)
     }
 
     /// The pressure at which the free finger's gauge shows `strain`.
     pub fn pressure_for_strain(&self, strain: Microstrain) -> (Kilopascals, Range) {
-        self.inverse(strain.0, |row| row.free_strain_ue)
+        self.inverse(&self.rows, strain.0, |row| row.free_strain_ue)
+    }
+
+    /// Pressure of the last of the first `rows`.
+    fn last_of(&self, rows: &[Row]) -> Kilopascals {
+        let share = rows.len().saturating_sub(1) as f32 / (ROWS - 1) as f32;
+        Kilopascals(self.max_pressure_kpa * share)
     }
 
     fn place(&self, pressure: Kilopascals) -> Place {
@@ -174,11 +224,17 @@ impl FingerTable {
         }
     }
 
-    /// Inverts a rising column; its search takes seven steps.
-    fn inverse(&self, value: f32, column: impl Fn(&Row) -> f32) -> (Kilopascals, Range) {
+    /// Inverts a rising column of the first `rows`; its search takes seven steps.
+    fn inverse(
+        &self,
+        rows: &[Row],
+        value: f32,
+        column: impl Fn(&Row) -> f32,
+    ) -> (Kilopascals, Range) {
         let step = self.max_pressure_kpa / (ROWS - 1) as f32;
-        let above = self.rows.partition_point(|row| column(row) <= value);
-        match &self.rows[above.saturating_sub(1)..] {
+        let above = rows.partition_point(|row| column(row) <= value);
+        // Never out of range, which the compiler cannot tell of a part of the table.
+        match rows.get(above.saturating_sub(1)..).unwrap_or_default() {
             [low, high, ..] if above > 0 => {
                 let fraction = (value - column(low)) / (column(high) - column(low));
                 (
@@ -186,10 +242,8 @@ impl FingerTable {
                     Range::Inside,
                 )
             }
-            [last] if above > 0 && value <= column(last) => {
-                (Kilopascals(self.max_pressure_kpa), Range::Inside)
-            }
-            [_] if above > 0 => (Kilopascals(self.max_pressure_kpa), Range::Above),
+            [row] if above > 0 && value <= column(row) => (self.last_of(rows), Range::Inside),
+            [_] if above > 0 => (self.last_of(rows), Range::Above),
             _ => (Kilopascals(0.0), Range::Below),
         }
     }
@@ -198,11 +252,59 @@ impl FingerTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frontend::FrontEnd;
+    use crate::settings::Settings;
     use proptest::prelude::*;
 
     #[test]
     fn fits_its_flash_budget() {
         assert!(core::mem::size_of::<FingerTable>() <= 4096);
+    }
+
+    /// The recipe that `SOFTGRIP_RECIPE` names, or the default one.
+    static BUILT: FingerTable = include!(concat!(env!("OUT_DIR"), "/finger_table.rs"));
+
+    #[test]
+    fn the_finger_of_this_build_starts_with_its_own_settings() {
+        let front_end = FrontEnd::REFERENCE;
+        let settings = Settings::for_finger(&front_end, &BUILT);
+        settings.validate(&front_end, &BUILT).expect("its own");
+        assert!(settings.max_pressure_kpa <= BUILT.max_pressure_kpa);
+        assert!(
+            BUILT
+                .lift_rows
+                .iter()
+                .all(|&rows| usize::from(rows) <= ROWS)
+        );
+        for pair in BUILT.rows.windows(2) {
+            assert!(pair[1].tip_angle_deg >= pair[0].tip_angle_deg);
+        }
+    }
+
+    #[test]
+    fn lift_is_known_as_far_as_the_table_says_and_no_further() {
+        let partly = FingerTable {
+            lift_rows: [41, 0],
+            ..FINGER
+        };
+        let known = partly.lift_known_to(ObjectKind::Sphere);
+        assert_eq!(known, Some(Kilopascals(FINGER.max_pressure_kpa / 2.0)));
+        let (Some(end), full) = (known, FINGER) else {
+            panic!("known to half");
+        };
+        let lift = |table: &FingerTable, kpa| table.lift(ObjectKind::Sphere, Kilopascals(kpa));
+        assert_eq!(lift(&partly, end.0), lift(&full, end.0));
+        assert_eq!(lift(&partly, end.0 + 1.0), None);
+        assert_eq!(partly.row(Kilopascals(end.0 + 1.0)).0.lift_n[0], 0.0);
+        let (most, _) = lift(&full, end.0).expect("known");
+        let heavy = Newtons(2.0 * most.0);
+        let (pressure, range) = partly
+            .pressure_for_lift(ObjectKind::Sphere, heavy)
+            .expect("some is known");
+        assert_eq!((pressure, range), (end, Range::Above));
+        assert_eq!(partly.lift_known_to(ObjectKind::Cylinder), None);
+        assert_eq!(partly.lift(ObjectKind::Cylinder, end), None);
+        assert_eq!(partly.pressure_for_lift(ObjectKind::Cylinder, heavy), None);
     }
 
     #[test]
@@ -254,11 +356,11 @@ mod tests {
             let (again, _) = FINGER.bend(back);
             prop_assert!((again.0 - at_high.tip_angle_deg).abs() < 1e-3);
             for kind in [ObjectKind::Sphere, ObjectKind::Cylinder] {
-                let (low_lift, _) = FINGER.lift(kind, Kilopascals(low));
-                let (high_lift, _) = FINGER.lift(kind, Kilopascals(high));
+                let lift = |kpa| FINGER.lift(kind, kpa).expect("known").0;
+                let (low_lift, high_lift) = (lift(Kilopascals(low)), lift(Kilopascals(high)));
                 prop_assert!(low_lift.0 <= high_lift.0);
-                let (enough, _) = FINGER.pressure_for_lift(kind, high_lift);
-                let (again, _) = FINGER.lift(kind, enough);
+                let (enough, _) = FINGER.pressure_for_lift(kind, high_lift).expect("known");
+                let again = lift(enough);
                 prop_assert!((again.0 - high_lift.0).abs() < 1e-4);
             }
             let (back, _) = FINGER.pressure_for_strain(Microstrain(at_high.free_strain_ue));

@@ -1,92 +1,11 @@
-//! What the controller tells the world: a snapshot that may be dropped, and events that may not.
+//! What the controller shows: a snapshot of each tick, which may be dropped, and the indicator outputs.
 
 use crate::FINGERS;
-use crate::command::Refusal;
-use crate::fault::Fault;
-use crate::grasp::{Loss, State};
+use crate::detect::Loss;
+use crate::grasp::State;
 use crate::units::{Degrees, Instant, Kilopascals, Microstrain};
 
-/// Something that happened in one tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Event {
-    /// A finger touched something while closing.
-    Contact {
-        /// Which one, from zero.
-        finger: u8,
-    },
-    /// At least two fingers hold something.
-    Holding {
-        /// Which ones; a finger that is missing makes it a partial grasp.
-        touching: [bool; FINGERS],
-    },
-    /// The fingers closed around nothing.
-    Empty,
-    /// The residual drifts at constant pressure: the object may be sliding.
-    Slip {
-        /// Change of the normalised residual, 1/s.
-        rate: f32,
-    },
-    /// The object is gone.
-    Lost(Loss),
-    /// The pressure is raised, once, to catch what has been lost.
-    Regripping,
-    /// What was held has been let go on command.
-    Released,
-    /// The pressure is going.
-    AirLoss,
-    /// Something is wrong.
-    Fault {
-        /// What.
-        fault: Fault,
-        /// Which finger, if one.
-        finger: Option<u8>,
-    },
-    /// A command was not carried out.
-    Refused(Refusal),
-    /// New gauge offsets are in use.
-    Tared,
-    /// What was latched has been acknowledged.
-    Acknowledged,
-}
-
-/// Events of one tick: three contacts or gauge faults, a fault and its cause, a state change, and
-/// answers to one command fit.
-pub const EVENTS: usize = 8;
-
-/// The events of one tick, and how many found no room.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Events {
-    list: heapless::Vec<Event, EVENTS>,
-    lost: u8,
-}
-
-impl Events {
-    /// None yet.
-    pub const fn new() -> Self {
-        Self {
-            list: heapless::Vec::new(),
-            lost: 0,
-        }
-    }
-
-    /// Adds one, or counts it where there is no room.
-    pub fn add(&mut self, event: Event) {
-        if self.list.push(event).is_err() {
-            self.lost = self.lost.saturating_add(1);
-        }
-    }
-
-    /// Events that found no room.
-    pub fn lost(&self) -> u8 {
-        self.lost
-    }
-
-    /// The events in their order.
-    pub fn iter(&self) -> impl Iterator<Item = &Event> {
-        self.list.iter()
-    }
-}
+pub use crate::event::{EVENTS, Event, Events};
 
 /// The controller's view of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,6 +33,10 @@ pub struct Snapshot {
     pub margin: Option<f32>,
     /// Noise of each gauge, rms.
     pub noise: [Microstrain; FINGERS],
+    /// How far the zero of each gauge has been tracked since the last tare.
+    pub drift: [Microstrain; FINGERS],
+    /// A tare is asked for.
+    pub tare_due: bool,
 }
 
 /// Indicator outputs for the robot.

@@ -26,7 +26,7 @@ pub struct Gripped {
     pub depth_m: f64,
 }
 
-/// How the fingers stand around an object.
+/// How three fingers stand around an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grasp {
     /// Distance of the fingers' clamps from the gripper's axis, m.
@@ -56,8 +56,6 @@ pub struct Chain {
     pub joint_torque_nm: [MonotoneCubic; LINKS],
     /// The strain gauge.
     pub gauge: Gauge,
-    /// The gripper that three such fingers make.
-    pub grasp: Grasp,
 }
 
 impl Chain {
@@ -102,28 +100,6 @@ impl Chain {
         tip
     }
 
-    /// Three such fingers at a pressure.
-    pub fn grip(&self, pressure_kpa: f64) -> Grip {
-        Grip {
-            link_length_m: self.link_length_m,
-            joint_stiffness_nm_per_rad: self.joint_stiffness_nm_per_rad,
-            free_angle_rad: self.joint_angles_rad(pressure_kpa),
-            palm_radius_m: self.grasp.palm_radius_m,
-            link_radius_m: self.grasp.link_radius_m,
-            friction: self.grasp.friction,
-        }
-    }
-
-    /// Greatest force of the three fingers against gravity on the sphere and on the cylinder, N.
-    ///
-    /// # Errors
-    /// [`GripError`], where fingers and object find no equilibrium.
-    pub fn lift_n(&self, pressure_kpa: f64) -> Result<[f64; 2], GripError> {
-        let grip = self.grip(pressure_kpa);
-        let lift = |gripped: Gripped| Ok(grip.strongest(gripped.object, gripped.depth_m)?.lift_n);
-        Ok([lift(self.grasp.sphere)?, lift(self.grasp.cylinder)?])
-    }
-
     /// Gauge strain of the free finger, µε.
     pub fn free_strain_ue(&self, pressure_kpa: f64) -> f64 {
         self.gauge_strain_ue(&self.joint_angles_rad(pressure_kpa))
@@ -150,5 +126,38 @@ impl Chain {
             let overlap = to.min(self.gauge.to_m) - from.max(self.gauge.from_m);
             overlap.max(0.0) / (to - from)
         })
+    }
+}
+
+impl Grasp {
+    /// Three fingers at a pressure.
+    pub fn grip(&self, finger: &Chain, pressure_kpa: f64) -> Grip {
+        Grip {
+            link_length_m: finger.link_length_m,
+            joint_stiffness_nm_per_rad: finger.joint_stiffness_nm_per_rad,
+            free_angle_rad: finger.joint_angles_rad(pressure_kpa),
+            palm_radius_m: self.palm_radius_m,
+            link_radius_m: self.link_radius_m,
+            friction: self.friction,
+        }
+    }
+
+    /// Greatest force of three fingers against gravity on an object, N; none where fingers and object
+    /// find no equilibrium.
+    ///
+    /// # Errors
+    /// [`GripError`], if a dimension is wrong.
+    pub fn lift_n(
+        &self,
+        gripped: Gripped,
+        finger: &Chain,
+        pressure_kpa: f64,
+    ) -> Result<Option<f64>, GripError> {
+        let grip = self.grip(finger, pressure_kpa);
+        match grip.strongest(gripped.object, gripped.depth_m) {
+            Ok(hold) => Ok(Some(hold.lift_n)),
+            Err(GripError::NoEquilibrium { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 }

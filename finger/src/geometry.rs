@@ -6,6 +6,7 @@ use crate::chain::{Gauge, Grasp, LINKS};
 use crate::check::{FieldError, within, wrong};
 use crate::hyperelastic::Rubber;
 use crate::links;
+use crate::material::RubberPart;
 use crate::mounting::{GaugePart, GraspPart};
 use crate::section::Section;
 
@@ -27,7 +28,7 @@ pub struct Description {
     root: RootPart,
     rubber: RubberPart,
     gauge: GaugePart,
-    grasp: GraspPart,
+    grasp: Option<GraspPart>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -77,14 +78,6 @@ struct RootPart {
     free_length_mm: f64,
 }
 
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RubberPart {
-    youngs_modulus_kpa: f64,
-    yeoh_mpa: Option<[f64; 3]>,
-    density_g_per_cm3: f64,
-}
-
 /// A finger that has been checked, in SI units. Arc length `s` runs from the clamp to the tip.
 #[derive(Debug, Clone)]
 pub struct Geometry {
@@ -106,12 +99,12 @@ pub struct Geometry {
     pub youngs_modulus_pa: f64,
     /// The rubber at large strain, for the inflation.
     pub rubber: Rubber,
+    /// The recipe's field that tells it, for messages.
+    pub rubber_field: &'static str,
     /// Density, kg/m³.
     pub density_kg_per_m3: f64,
     /// Where the strain gauge is bonded.
     pub gauge: Gauge,
-    /// The gripper that three such fingers make.
-    pub grasp: Grasp,
 }
 
 impl Description {
@@ -131,17 +124,7 @@ impl Description {
         within("tip.inertia_factor", self.tip.inertia_factor, 0.01, 10.0)?;
         let free = self.root.free_length_mm;
         within("root.free_length_mm", free, 0.0, length)?;
-        let rubber = &self.rubber;
-        let modulus = rubber.youngs_modulus_kpa;
-        within("rubber.youngs_modulus_kpa", modulus, 10.0, 100_000.0)?;
-        let density = rubber.density_g_per_cm3;
-        within("rubber.density_g_per_cm3", density, 0.1, 10.0)?;
-        if let Some([c1, c2, c3]) = rubber.yeoh_mpa {
-            within("rubber.yeoh_mpa[0]", c1, 0.001, 1.0)?;
-            within("rubber.yeoh_mpa[1]", c2, -1.0, 1.0)?;
-            within("rubber.yeoh_mpa[2]", c3, 0.0, 1.0)?;
-        }
-        let mpa = |c: [f64; 3]| c.map(|mpa| 1e6 * mpa);
+        let rubber = self.rubber.check()?;
         Ok(Geometry {
             link_length_m: self.links.length_mm.map(|mm| 1e-3 * mm),
             stations: self.stations(length)?,
@@ -150,15 +133,22 @@ impl Description {
             tip_area_factor: self.tip.area_factor,
             tip_inertia_factor: self.tip.inertia_factor,
             root_free_length_m: 1e-3 * free,
-            youngs_modulus_pa: 1e3 * modulus,
-            rubber: match rubber.yeoh_mpa {
-                Some(constants) => Rubber::incompressible(mpa(constants)),
-                None => Rubber::from_youngs_modulus(1e3 * modulus),
-            },
-            density_kg_per_m3: 1e3 * density,
+            youngs_modulus_pa: rubber.youngs_modulus_pa,
+            rubber: rubber.rubber,
+            rubber_field: rubber.field,
+            density_kg_per_m3: 1e3 * self.rubber.density_g_per_cm3,
             gauge: self.gauge.check(length)?,
-            grasp: self.grasp.check(length)?,
         })
+    }
+
+    /// Checks the gripper that three such fingers make, if there is one.
+    ///
+    /// # Errors
+    /// As [`Description::check`].
+    pub fn grasp(&self) -> Result<Option<Grasp>, FieldError> {
+        let length = self.links.length_mm.iter().sum();
+        let grasp = self.grasp.as_ref();
+        grasp.map(|part| part.check(length)).transpose()
     }
 
     fn stations(&self, length_mm: f64) -> Result<Vec<(f64, Section)>, FieldError> {

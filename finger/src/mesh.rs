@@ -96,7 +96,11 @@ impl Mesh {
     }
 }
 
-/// Rays from the bore's centre; one of them meets the end of the flat.
+/// A flat that subtends less than this at the bore's centre, rad, counts as none: the outline changes by
+/// two millionths of its radius at most, and an element as narrow as the flat would degenerate.
+const NO_FLAT_RAD: f64 = 1e-3;
+
+/// Rays from the bore's centre, evenly spread on either side of the one that meets the end of the flat.
 struct Rays<'a> {
     section: &'a Section,
     /// Rays up to the end of the flat, and their angle from the thin side, rad.
@@ -112,9 +116,16 @@ impl<'a> Rays<'a> {
         let outer = section.outer_radius_m;
         let corner = (outer * sin).atan2(-outer * cos - section.bore_offset_m);
         let around = around as f64;
+        let (to_corner, corner) = match PI - corner < NO_FLAT_RAD {
+            true => (around, PI),
+            false => (
+                (around * corner / PI).round().clamp(1.0, around - 1.0),
+                corner,
+            ),
+        };
         Self {
             section,
-            to_corner: (around * corner / PI).round().clamp(1.0, around - 1.0),
+            to_corner,
             corner,
             around,
         }

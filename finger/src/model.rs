@@ -28,9 +28,41 @@ pub enum ModelError {
         /// Why.
         source: InflationError,
     },
+    /// The rubber's strain energy describes no material at the stretches that a section reaches.
+    #[error(
+        "{field}: {reason}, {:.1} mm from the clamp: lower max_pressure_kpa, or take constants that were \
+         fitted up to larger stretches", 1e3 * arc_m
+    )]
+    Unstable {
+        /// The recipe's field with the constants.
+        field: &'static str,
+        /// Where, m from the clamp.
+        arc_m: f64,
+        /// [`InflationError::Unstable`].
+        reason: InflationError,
+    },
     /// The virtual load gives no shape.
     #[error("virtual loading: {0}")]
     Stiffness(#[from] CurveError),
+}
+
+impl ModelError {
+    /// The pressure up to which there is an answer, Pa.
+    fn reached_pa(&self) -> f64 {
+        match self {
+            Self::Inflation { source, .. } | Self::Unstable { reason: source, .. } => {
+                match source {
+                    InflationError::Balloons { last_pa: pressure }
+                    | InflationError::Unstable {
+                        pressure_pa: pressure,
+                        ..
+                    } => *pressure,
+                    _ => 0.0,
+                }
+            }
+            Self::Stiffness(_) => 0.0,
+        }
+    }
 }
 
 /// The free finger at one pressure.
@@ -152,7 +184,6 @@ impl Geometry {
             joint_stiffness_nm_per_rad: solved.joint_stiffness_nm_per_rad,
             joint_torque_nm: std::array::from_fn(torque),
             gauge: self.gauge,
-            grasp: self.grasp,
         })
     }
 
@@ -178,9 +209,16 @@ impl Geometry {
         let inflate = |arc_m: f64| {
             SectionModel::new(&self.section(arc_m), self.rubber, MeshSize::STANDARD)
                 .and_then(|model| model.inflate(&pressures_pa))
-                .map_err(|source| ModelError::Inflation { arc_m, source })
+                .map_err(|reason| match reason {
+                    InflationError::Unstable { .. } => ModelError::Unstable {
+                        field: self.rubber_field,
+                        arc_m,
+                        reason,
+                    },
+                    source => ModelError::Inflation { arc_m, source },
+                })
         };
-        std::thread::scope(|scope| {
+        let solved: Vec<_> = std::thread::scope(|scope| {
             let threads: Vec<_> = arc_m
                 .iter()
                 .map(|&s| scope.spawn(move || inflate(s)))
@@ -192,7 +230,17 @@ impl Geometry {
                     Err(panic) => std::panic::resume_unwind(panic),
                 })
                 .collect()
-        })
+        });
+        let (mut sections, mut errors) = (Vec::with_capacity(arc_m.len()), Vec::new());
+        for section in solved {
+            match section {
+                Ok(states) => sections.push(states),
+                Err(error) => errors.push(error),
+            }
+        }
+        // Of several the one that comes first as the pressure rises.
+        let first = |a: &ModelError, b: &ModelError| a.reached_pa().total_cmp(&b.reached_pa());
+        errors.into_iter().min_by(first).map_or(Ok(sections), Err)
     }
 }
 

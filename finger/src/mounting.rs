@@ -68,7 +68,7 @@ impl GraspPart {
         let widest = 2.0 * (palm - self.link_radius_mm);
         let (sphere, cylinder) = (&self.sphere, &self.cylinder);
         within("grasp.sphere.diameter_mm", sphere.diameter_mm, 1.0, widest)?;
-        within("grasp.sphere.depth_mm", sphere.depth_mm, 0.0, finger_mm)?;
+        within("grasp.sphere.depth_mm", sphere.depth_mm, 0.1, finger_mm)?;
         within(
             "grasp.cylinder.diameter_mm",
             cylinder.diameter_mm,
@@ -76,7 +76,7 @@ impl GraspPart {
             widest,
         )?;
         within("grasp.cylinder.height_mm", cylinder.height_mm, 1.0, 1000.0)?;
-        within("grasp.cylinder.depth_mm", cylinder.depth_mm, 0.0, finger_mm)?;
+        within("grasp.cylinder.depth_mm", cylinder.depth_mm, 0.1, finger_mm)?;
         Ok(Grasp {
             palm_radius_m: 1e-3 * palm,
             link_radius_m: 1e-3 * self.link_radius_mm,

@@ -4,7 +4,8 @@ use nalgebra::{DVector, SMatrix, SVector};
 
 use crate::bordered::Bordered;
 use crate::hyperelastic::{Gradient, Rubber};
-use crate::mesh::Mesh;
+use crate::mesh::{ElementNodes, Mesh, Point};
+use crate::stability::principal_stretches;
 
 /// Positions of the nodes, then `λ` and `κ`.
 pub(crate) type Unknowns = DVector<f64>;
@@ -56,6 +57,28 @@ impl Potential {
         stretch + curvature * moment / area
     }
 
+    /// The principal stretches, greatest first, beyond which the wall's material is unstable, if it is at
+    /// `factor` times its logarithmic strains; of several points on the way to the greatest stretch.
+    pub fn unstable_beyond(&self, unknowns: &Unknowns, factor: f64) -> Option<[f64; 3]> {
+        let energy = &self.rubber.energy;
+        if energy.is_always_stable() {
+            return None;
+        }
+        let [stretch, curvature] = self.axial(unknowns);
+        let of_element = |(nodes, points): &(ElementNodes, [Point; 4])| {
+            let position = SMatrix::<f64, 2, 8>::from_fn(|axis, a| unknowns[2 * nodes[a] + axis]);
+            points.each_ref().map(|point| {
+                principal_stretches(&deformation(&position, point, stretch, curvature))
+            })
+        };
+        let stretches = self.mesh.elements.iter().flat_map(of_element);
+        stretches
+            .map(|stretches| stretches.map(|stretch| stretch.powf(factor)))
+            .filter(|stretches| !energy.is_stable_at(*stretches))
+            .max_by(|a, b| a[0].total_cmp(&b[0]))
+            .map(|stretches| energy.last_stable(stretches))
+    }
+
     /// Newton's equations for a stationary point at `pressure`, Pa; `None` if an element is turned
     /// inside out.
     pub fn equations(&self, unknowns: &Unknowns, pressure: f64) -> Option<Bordered> {
@@ -76,15 +99,8 @@ impl Potential {
             let mut gradient = SVector::<f64, 18>::zeros();
             let mut hessian = SMatrix::<f64, 18, 18>::zeros();
             for point in points {
-                let plane = position * point.gradient;
                 let y = position.row(1).dot(&point.shape.transpose());
-                let f = Gradient::new(
-                    plane[(0, 0)],
-                    plane[(0, 1)],
-                    plane[(1, 0)],
-                    plane[(1, 1)],
-                    stretch + curvature * y,
-                );
+                let f = deformation(&position, point, stretch, curvature);
                 let (stress, tangent) = self.rubber.derivatives(&f)?;
                 // Slopes of F against the element's sixteen coordinates, λ and κ.
                 let mut slope = SMatrix::<f64, 5, 18>::zeros();
@@ -178,6 +194,25 @@ impl Potential {
             }
         }
     }
+}
+
+/// The deformation gradient at a point of an element whose nodes are at `position`.
+#[inline]
+fn deformation(
+    position: &SMatrix<f64, 2, 8>,
+    point: &Point,
+    stretch: f64,
+    curvature: f64,
+) -> Gradient {
+    let plane = position * point.gradient;
+    let y = position.row(1).dot(&point.shape.transpose());
+    Gradient::new(
+        plane[(0, 0)],
+        plane[(0, 1)],
+        plane[(1, 0)],
+        plane[(1, 1)],
+        stretch + curvature * y,
+    )
 }
 
 /// Three-point rule on a quadratic side: shape functions, their slopes, weight.

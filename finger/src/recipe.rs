@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
-use crate::chain::{Chain, LINKS};
+use crate::chain::{Chain, Grasp, LINKS};
 use crate::check::{FieldError, each_within, within, wrong};
 use crate::cubic::MonotoneCubic;
 use crate::geometry::{Description, Geometry};
@@ -58,6 +58,8 @@ pub struct Recipe {
     pub inputs_hash: u64,
     /// The finger.
     pub chain: Chain,
+    /// The gripper that three such fingers make, if the recipe says.
+    pub grasp: Option<Grasp>,
     /// What the chain was computed from, unless it was measured.
     pub geometry: Option<Geometry>,
 }
@@ -86,7 +88,7 @@ struct Measured {
     joints: Joints,
     torque: Vec<Torque>,
     gauge: GaugePart,
-    grasp: GraspPart,
+    grasp: Option<GraspPart>,
 }
 
 #[derive(Deserialize)]
@@ -124,22 +126,24 @@ pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
         path: path.to_path_buf(),
         error,
     };
-    let (name, chain, geometry) = match from_toml::<Head>(path, text)?.kind {
+    let (name, chain, grasp, geometry) = match from_toml::<Head>(path, text)?.kind {
         Kind::Measured => {
             let measured: Measured = from_toml(path, text)?;
             let chain = measured.chain().map_err(value)?;
-            (measured.name, chain, None)
+            let grasp = measured.grasp().map_err(value)?;
+            (measured.name, chain, grasp, None)
         }
         Kind::Geometry => {
             let description: Description = from_toml(path, text)?;
             let geometry = description.check().map_err(value)?;
+            let grasp = description.grasp().map_err(value)?;
             let chain = geometry
                 .chain(description.max_pressure_kpa)
                 .map_err(|error| RecipeError::Model {
                     path: path.to_path_buf(),
                     error,
                 })?;
-            (description.name, chain, Some(geometry))
+            (description.name, chain, grasp, Some(geometry))
         }
     };
     let digest = Sha256::digest(text.as_bytes());
@@ -149,6 +153,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
         name,
         inputs_hash: u64::from_be_bytes(first),
         chain,
+        grasp,
         geometry,
     })
 }
@@ -177,16 +182,23 @@ impl Measured {
             );
             MonotoneCubic::starting_flat(&points)
         };
-        let finger_mm = length_mm.iter().sum();
         Ok(Chain {
             link_length_m: length_mm.map(|mm| 1e-3 * mm),
             link_mass_kg: self.links.mass_g.map(|g| 1e-3 * g),
             root_free_length_m: 0.0,
             joint_stiffness_nm_per_rad: stiffness.map(|k| 1e-3 * k / 1f64.to_radians()),
             joint_torque_nm: std::array::from_fn(torque),
-            gauge: self.gauge.check(finger_mm)?,
-            grasp: self.grasp.check(finger_mm)?,
+            gauge: self.gauge.check(self.length_mm())?,
         })
+    }
+
+    fn grasp(&self) -> Result<Option<Grasp>, FieldError> {
+        let grasp = self.grasp.as_ref();
+        grasp.map(|part| part.check(self.length_mm())).transpose()
+    }
+
+    fn length_mm(&self) -> f64 {
+        self.links.length_mm.iter().sum()
     }
 
     /// Pressures must rise, and no torque may fall with them.
@@ -259,6 +271,26 @@ mod tests {
             assert!((share - expected).abs() < 1e-12);
         }
         assert_eq!(chain.tip_angle_rad(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_recipe_need_not_say_how_it_grips() {
+        let geometry = include_str!("../../recipes/rtv225.toml").replacen(
+            "max_pressure_kpa = 160.0",
+            "max_pressure_kpa = 20.0",
+            1,
+        );
+        for text in [PAPER, &geometry] {
+            let (finger, _) = text.split_once("[grasp]").expect("a grasp at the end");
+            let path = Path::new("x.toml");
+            let with = parse(path, text).expect("a good recipe");
+            let without = parse(path, finger).expect("a good recipe");
+            assert!(with.grasp.is_some() && without.grasp.is_none());
+            assert_eq!(with.chain, without.chain);
+            let part = parse(path, &format!("{finger}[grasp]\nfriction = 0.8\n"));
+            let message = part.expect_err("not all of a grasp").to_string();
+            assert!(message.contains("palm_radius_mm"), "{message}");
+        }
     }
 
     #[test]

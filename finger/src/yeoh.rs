@@ -16,13 +16,17 @@
 use nalgebra::Matrix2;
 
 use crate::bordered::Step;
-use crate::hyperelastic::Rubber;
+use crate::hyperelastic::{Energy, Rubber};
 use crate::mesh::{Mesh, MeshSize};
 use crate::potential::{Potential, Unknowns};
 use crate::section::{Section, SectionError};
 
-/// Shortest pressure step before a section counts as ballooning, Pa.
+/// Shortest pressure step before a section counts as ballooning, or its rubber as unstable, Pa.
 const SHORTEST_STEP_PA: f64 = 100.0;
+/// A section that balloons at this share of the logarithmic strain at which its rubber becomes unstable does
+/// so by its rubber, which softens towards its end. Fitted silicones do so at 0.9 and more of it; rubbers
+/// whose end is far balloon at less than 0.7, as they would without an end.
+const ALMOST_UNSTABLE: f64 = 0.75;
 /// Newton's method has converged when no node moves more than this share of the outer radius.
 const CONVERGED: f64 = 1e-6;
 /// A node that moves this share of the outer radius in one iteration is on its way to another branch.
@@ -62,6 +66,24 @@ pub enum InflationError {
         /// What would be right.
         expected: &'static str,
     },
+    /// An exponent of Ogden's energy that is no exponent.
+    #[error("Ogden's exponent is {value}: must be finite and not zero")]
+    Exponent {
+        /// The exponent.
+        value: f64,
+    },
+    /// The strain energy describes no material at the stretches that the wall reaches: stress would fall
+    /// with further stretch.
+    #[error(
+        "the strain energy is unstable beyond a stretch of {:.2} (with {:.2} and {:.2} across), reached \
+         at {:.1} kPa", stretches[0], stretches[1], stretches[2], 1e-3 * pressure_pa
+    )]
+    Unstable {
+        /// The first unstable principal stretches, the greatest first.
+        stretches: [f64; 3],
+        /// Where they are reached, Pa.
+        pressure_pa: f64,
+    },
     /// Pressures must be given in rising order from zero.
     #[error(
         "pressure {pressure_pa} Pa: must be finite, not negative and not below the one before it"
@@ -98,22 +120,7 @@ impl SectionModel {
         if section.bore_radius_m == 0.0 {
             return Err(InflationError::Solid);
         }
-        let [c1, c2, c3] = rubber.yeoh_pa;
-        let bulk = rubber.bulk_modulus_pa;
-        for (name, value, ok, expected) in [
-            ("C1", c1, c1 > 0.0, "positive"),
-            ("C2", c2, true, "in pascals"),
-            ("C3", c3, c3 >= 0.0, "not negative"),
-            ("bulk modulus", bulk, bulk > 10.0 * c1, "above ten times C1"),
-        ] {
-            if !(value.is_finite() && ok) {
-                return Err(InflationError::Material {
-                    name,
-                    value,
-                    expected,
-                });
-            }
-        }
+        check(&rubber)?;
         Ok(Self {
             potential: Potential::new(Mesh::of(section, size), rubber),
             radius: section.outer_radius_m,
@@ -124,7 +131,8 @@ impl SectionModel {
     ///
     /// # Errors
     /// [`InflationError::Balloons`] if a pressure lies beyond the limit point, with the highest
-    /// pressure that was reached; [`InflationError::Pressure`] if they do not rise.
+    /// pressure that was reached; [`InflationError::Unstable`] if the rubber's strain energy ends before;
+    /// [`InflationError::Pressure`] if they do not rise.
     pub fn inflate(&self, pressures_pa: &[f64]) -> Result<Vec<Inflated>, InflationError> {
         let mut path = Path::from_rest(self.potential.rest());
         let mut inflated = Vec::with_capacity(pressures_pa.len());
@@ -136,20 +144,16 @@ impl SectionModel {
             let mut step = target - path.pressure();
             let condensed = loop {
                 let next = path.pressure() + step;
-                match self.newton(path.predict(next), next) {
-                    Some((unknowns, condensed)) => {
+                match self.equilibrium(path.predict(next), next, path.pressure()) {
+                    Ok((unknowns, condensed)) => {
                         path.push(next, unknowns);
                         if next >= target {
                             break condensed;
                         }
                         step = (2.0 * step).min(target - next);
                     }
-                    None if step > SHORTEST_STEP_PA => step /= 2.0,
-                    None => {
-                        return Err(InflationError::Balloons {
-                            last_pa: path.pressure(),
-                        });
-                    }
+                    Err(_) if step > SHORTEST_STEP_PA => step /= 2.0,
+                    Err(error) => return Err(self.cause(error, path.last())),
                 }
             };
             let unknowns = path.last();
@@ -163,6 +167,39 @@ impl SectionModel {
             });
         }
         Ok(inflated)
+    }
+
+    /// The equilibrium at `pressure` near `unknowns`, if it is stable; `last_pa` is the one before.
+    fn equilibrium(
+        &self,
+        unknowns: Unknowns,
+        pressure: f64,
+        last_pa: f64,
+    ) -> Result<(Unknowns, Matrix2<f64>), InflationError> {
+        let found = self.newton(unknowns, pressure);
+        let (unknowns, condensed) = found.ok_or(InflationError::Balloons { last_pa })?;
+        match self.potential.unstable_beyond(&unknowns, 1.0) {
+            None => Ok((unknowns, condensed)),
+            Some(stretches) => Err(InflationError::Unstable {
+                stretches,
+                pressure_pa: pressure,
+            }),
+        }
+    }
+
+    /// Why there is nothing beyond the equilibrium `last`. Shortly before its end a strain energy has gone so
+    /// soft that the section balloons by it: then the energy is to blame and not the section.
+    fn cause(&self, error: InflationError, last: &Unknowns) -> InflationError {
+        let InflationError::Balloons { last_pa } = error else {
+            return error;
+        };
+        match self.potential.unstable_beyond(last, 1.0 / ALMOST_UNSTABLE) {
+            None => error,
+            Some(stretches) => InflationError::Unstable {
+                stretches,
+                pressure_pa: last_pa,
+            },
+        }
     }
 
     /// The equilibrium at `pressure` near `unknowns`, with the stiffness of `λ` and `κ` there.
@@ -190,6 +227,42 @@ impl SectionModel {
         }
         None
     }
+}
+
+/// Refuses what is no rubber at small strain.
+fn check(rubber: &Rubber) -> Result<(), InflationError> {
+    let shear = rubber.youngs_modulus_pa() / 3.0;
+    let bulk = rubber.bulk_modulus_pa;
+    let material = |name, value: f64, ok: bool, expected| match value.is_finite() && ok {
+        true => Ok(()),
+        false => Err(InflationError::Material {
+            name,
+            value,
+            expected,
+        }),
+    };
+    match &rubber.energy {
+        Energy::Yeoh([c1, c2, c3]) => {
+            material("C1", *c1, *c1 > 0.0, "positive")?;
+            material("C2", *c2, true, "in pascals")?;
+            material("C3", *c3, true, "in pascals")?;
+        }
+        Energy::Ogden(terms) => {
+            for term in terms.as_slice() {
+                let value = term.alpha;
+                if !(value.is_finite() && value != 0.0) {
+                    return Err(InflationError::Exponent { value });
+                }
+            }
+            material("shear modulus", shear, shear > 0.0, "positive")?;
+        }
+    }
+    material(
+        "bulk modulus",
+        bulk,
+        bulk > 5.0 * shear,
+        "above five times the shear modulus",
+    )
 }
 
 /// Inflates a section to one pressure, Pa, on several meshes: how far the result depends on them.

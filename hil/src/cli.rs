@@ -10,7 +10,9 @@ use report::{files, json, plot, side_view, words};
 use sim::run::Run;
 use sim::scenario::{ObjectKind, Scenario};
 use sim::trace;
+use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;
+use softgrip::table::FINGER;
 
 use crate::closed_loop::{self, Closed};
 use crate::image::{self, Image};
@@ -171,7 +173,9 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
         noise_ue: args.noise,
         seed: args.seed,
         // The digital input knows no other.
-        pressure_kpa: Settings::default().grip_pressure_kpa.into(),
+        pressure_kpa: Settings::for_finger(&FrontEnd::REFERENCE, &FINGER)
+            .grip_pressure_kpa
+            .into(),
     };
     let Closed { run, replay, .. } = closed_loop::run(&image, &scenario, args.until)?;
     if args.json {
@@ -183,7 +187,8 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = &dir {
         files::write(dir, "trace.csv", &trace::of_runs(&runs)?)?;
         files::write(dir, "trace.svg", plot::grasp(&runs)?.as_bytes())?;
-        let film = side_view::film(closed_loop::chain()?, &runs);
+        let (_, grasp) = closed_loop::fingers()?;
+        let film = side_view::film(grasp, &runs);
         files::write(dir, "grasp.svg", film.as_bytes())?;
         if !args.json {
             println!(

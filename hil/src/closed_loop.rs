@@ -3,13 +3,12 @@
 use std::sync::OnceLock;
 
 use anyhow::{Context, ensure};
-use finger::chain::Chain;
+use finger::chain::{Chain, Grasp};
 use finger::recipe;
 use rigless::time::VirtualNanos;
 use sim::events::TimedEvent;
 use sim::gripper::Gripper;
 use sim::plant::{Pins, Plant, Truth};
-use sim::replay::on_the_traces_clock;
 use sim::run::{POSE_TICKS, Pose, Run, Sample};
 use sim::scenario::Scenario;
 use softgrip::TICK_US;
@@ -49,18 +48,19 @@ pub fn pins_at_rest() -> Pins {
     }
 }
 
-/// The finger that the image was built for. It takes a second to compute, once.
-pub fn chain() -> anyhow::Result<&'static Chain> {
-    static CHAIN: OnceLock<Chain> = OnceLock::new();
-    if let Some(chain) = CHAIN.get() {
-        return Ok(chain);
+/// The fingers that the image was built for, and how they stand. It takes a second to compute, once.
+pub fn fingers() -> anyhow::Result<&'static (Chain, Grasp)> {
+    static FINGERS: OnceLock<(Chain, Grasp)> = OnceLock::new();
+    if let Some(fingers) = FINGERS.get() {
+        return Ok(fingers);
     }
     let recipe = recipe::load(&crate::image::root().join("recipes/rtv225.toml"))?;
     ensure!(
         recipe.inputs_hash == FINGER.inputs_hash,
         "the program was built for another finger than recipes/rtv225.toml: unset SOFTGRIP_RECIPE"
     );
-    Ok(CHAIN.get_or_init(|| recipe.chain))
+    let grasp = recipe.grasp.context("recipes/rtv225.toml has no [grasp]")?;
+    Ok(FINGERS.get_or_init(|| (recipe.chain, grasp)))
 }
 
 /// The gripper at the image's pins.
@@ -76,9 +76,9 @@ pub struct Loop {
 
 impl Loop {
     /// The gripper above an object.
-    pub fn new(scenario: &Scenario, chain: &Chain) -> Self {
+    pub fn new(scenario: &Scenario, (chain, grasp): &(Chain, Grasp)) -> Self {
         Self {
-            plant: Plant::new(scenario, &Gripper::reference(), chain),
+            plant: Plant::new(scenario, &Gripper::reference(), chain, grasp),
             truths: Vec::new(),
             poses: Vec::new(),
             gripped: false,
@@ -136,7 +136,7 @@ pub fn run(image: &Image, scenario: &Scenario, until_ms: Option<u64>) -> anyhow:
         telemetry_us: TICK_US as u32,
         ..Setup::new(image, Host::Reading)
     };
-    let plant = Loop::new(scenario, chain()?);
+    let plant = Loop::new(scenario, fingers()?);
     let (plant, record) = bench::run(&setup, plant, move |plant, moment| {
         let on_its_way = plant.step(moment);
         let done = plant.truths.len() as u64;
@@ -197,9 +197,6 @@ fn judge(
         .map(|&(tick, event)| {
             let began = record.ticks.get(tick).context("an event without a tick")?;
             let t_s = cycle_s(began.at);
-            let now = recording.ticks[tick].now;
-            // The image's clock is not the arm's.
-            let event = on_the_traces_clock(event, now, t_s);
             Ok(TimedEvent { t_s, event })
         })
         .collect::<anyhow::Result<_>>()?;

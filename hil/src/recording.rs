@@ -98,6 +98,7 @@ fn tick(text: &str) -> anyhow::Result<(u32, Seen)> {
             supply: code(4)?,
             scans: u16::try_from(codes[5])?,
             overrun: frame.contains("overrun: true"),
+            carried: false,
         },
         command,
         dac: DacCode(u16::try_from(*integers(dac).first().context("no code")?)?),
@@ -143,7 +144,7 @@ const WORDS: usize = 5;
 impl Replay {
     /// Steps a fresh controller through a recording that begins with the first tick, and compares.
     pub fn of(recording: &Recording) -> anyhow::Result<Self> {
-        let active = Settings::default()
+        let active = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER)
             .validate(&FrontEnd::REFERENCE, &FINGER)
             .map_err(|error| anyhow::anyhow!("{error}"))?;
         let mut controller = Controller::new(&FINGER, active);

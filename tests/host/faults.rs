@@ -185,6 +185,7 @@ fn walk(fault: Fault, place: Place, on_fault: OnFault) {
     if vents {
         assert_eq!(board.commanded_kpa(), 0.0, "{what}");
     }
+    let there = board.pressure_kpa;
 
     // It stays so, is said once, and is no loss.
     for _ in 0..600 {
@@ -193,13 +194,23 @@ fn walk(fault: Fault, place: Place, on_fault: OnFault) {
     assert_eq!(board.count(is(fault)), 1, "{what}");
     assert_eq!(latched(&board), Some(code), "{what}");
     assert_eq!(lost(&board), 0, "{what}: {:?}", board.events);
-    let kept = if vents { 0.0 } else { before };
-    assert_eq!(board.state().target().0, kept, "{what}");
+    let kept = board.state().target().0;
+    match (vents, place) {
+        (true, _) => assert_eq!(kept, 0.0, "{what}"),
+        // On its way up, the pressure that is there; without a measurement, the one that should be.
+        (false, Place::Closing) => {
+            let most = match fault {
+                Fault::MonitorLost | Fault::AdcStale | Fault::AdcOverrun => 8.0,
+                _ => 0.1,
+            };
+            assert!((kept - there.min(before)).abs() <= most, "{what}: {kept}");
+        }
+        (false, _) => assert_eq!(kept, before, "{what}"),
+    }
     // 10 kPa of trim and 0.8 kPa of proportional action at the most.
     assert!((board.commanded_kpa() - kept).abs() <= 11.0, "{what}");
 
-    // An acknowledgement does not clear what still is. It lets the air start from what the monitor says,
-    // so a deviation must grow again, and a wire that is off shows as one.
+    // An acknowledgement does not clear what still is.
     board.step(Command::Acknowledge);
     for _ in 0..most.max(300) + 100 {
         board.step(said);
@@ -222,7 +233,7 @@ fn walk(fault: Fault, place: Place, on_fault: OnFault) {
     board.step(Command::Acknowledge);
     alive(&mut board, 600);
     assert_eq!(latched(&board), None, "{what}: {:?}", board.events);
-    assert_eq!(lost(&board), 0, "{what}");
+    assert_eq!(lost(&board), 0, "{what}: {:?}", board.events);
 }
 
 #[test]

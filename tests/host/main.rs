@@ -1,6 +1,11 @@
 //! Tests of the public library on a mocked board.
 
+mod commands;
 mod faults;
+mod hostile;
 mod mock;
 mod properties;
+mod repeats;
 mod scenarios;
+mod sequences;
+mod torture;

@@ -31,6 +31,7 @@ pub enum GaugeState {
 }
 
 /// The board, the air and the fingers.
+#[derive(Clone)]
 pub struct MockBoard {
     pub controller: Controller,
     /// Share of the object's grip on each finger: 1 is held, 0 is free.
@@ -44,6 +45,8 @@ pub struct MockBoard {
     pub valve_stuck: bool,
     /// The valve gives this pressure, whatever it is told.
     pub valve_forced_kpa: Option<f32>,
+    /// Time constant of the air behind the valve, ms.
+    pub valve_lag_ms: f32,
     /// The monitor's wire carries this code instead of its signal.
     pub monitor_wire: Option<AdcCode>,
     /// The converter delivers nothing.
@@ -77,6 +80,7 @@ impl MockBoard {
             leak_kpa: f32::MAX,
             valve_stuck: false,
             valve_forced_kpa: None,
+            valve_lag_ms: 60.0,
             monitor_wire: None,
             late: false,
             overrun: false,
@@ -117,19 +121,40 @@ impl MockBoard {
 
     /// One tick.
     pub fn step(&mut self, command: Command) -> Outputs {
-        self.now_us += 1_000;
-        self.blow();
-        let frame = self.frame();
-        let outputs = self
-            .controller
-            .step(Instant::from_micros(self.now_us), &frame, command);
-        self.dac = outputs.dac;
+        let outputs = self.quiet_step(command);
         let now_ms = self.now_us / 1_000;
         self.events
             .extend(outputs.events.iter().map(|&event| (now_ms, event)));
         assert_eq!(outputs.events.lost(), 0);
         self.last = Some(outputs.clone());
         outputs
+    }
+
+    /// One tick of which nothing is kept here but what the plant needs.
+    pub fn quiet_step(&mut self, command: Command) -> Outputs {
+        let frame = self.sense();
+        self.act(&frame, command)
+    }
+
+    /// The first half of a tick: what the converter delivers.
+    pub fn sense(&mut self) -> RawFrame {
+        self.now_us = self.now_us.saturating_add(1_000);
+        self.blow();
+        self.frame()
+    }
+
+    /// The second half: what the controller makes of it.
+    pub fn act(&mut self, frame: &RawFrame, command: Command) -> Outputs {
+        let now = Instant::from_micros(self.now_us);
+        let outputs = self.controller.step(now, frame, command);
+        self.dac = outputs.dac;
+        outputs
+    }
+
+    /// Another noise from now on.
+    pub fn seed(&mut self, seed: u32) {
+        // The generator never leaves zero.
+        self.random = seed.max(1);
     }
 
     /// So many ticks without a new command.
@@ -179,7 +204,8 @@ impl MockBoard {
                 .valve_forced_kpa
                 .unwrap_or_else(|| self.commanded_kpa());
         }
-        self.pressure_kpa += (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / 60.0;
+        self.pressure_kpa +=
+            (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / self.valve_lag_ms;
         self.inflated_kpa += (self.pressure_kpa - self.inflated_kpa) / 80.0;
         let [bend, rate] = &mut self.bend;
         // The free finger's swing, as in `desk/sim/src/air.rs`: rad/s, and damping ratio.
@@ -218,6 +244,7 @@ impl MockBoard {
             supply: AdcCode(FE.supply_code(Volts(self.supply_v)) as u16),
             scans: if self.late { 0 } else { 10 },
             overrun: self.overrun,
+            carried: false,
         }
     }
 

@@ -43,6 +43,7 @@ fn any_frame() -> impl Strategy<Value = RawFrame> {
             supply: AdcCode(supply),
             scans,
             overrun,
+            carried: false,
         })
 }
 

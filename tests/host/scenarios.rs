@@ -425,7 +425,8 @@ fn a_grip_for_a_payload_takes_the_lowest_pressure_with_the_margin() {
     board.step(Command::Grip(Grip::Payload(payload)));
     board.run(2_000);
     let target = board.state().target();
-    let (lift, _) = FINGER.lift(ObjectKind::Sphere, target);
+    let lift = FINGER.lift(ObjectKind::Sphere, target);
+    let (lift, _) = lift.expect("the recipe has a grasp");
     // 20 % beyond 0.1 kg × 14.8 m/s².
     assert!((lift.0 - 1.2 * 1.480_665).abs() < 1e-3, "{lift:?}");
     let margin = board.last.as_ref().and_then(|last| last.snapshot.margin);

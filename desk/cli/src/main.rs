@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         Action::Fit(args) => commands::fit::run(&args),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("softgrip: {error:#}");
+        commands::output::note(format_args!("{error:#}"));
         ExitCode::from(2)
     })
 }

@@ -310,7 +310,7 @@ fn bad_traces_and_recipes_are_refused_by_file_and_line() {
     );
     refused(
         &["replay", &fast],
-        &["fast.csv", "line 3", "100 Hz and 10 kHz"],
+        &["fast.csv", "line 3", "10 Hz and 10 kHz"],
     );
     refused(&["replay", "no-such-file.csv"], &["no-such-file.csv"]);
 

@@ -115,10 +115,25 @@ fn a_section_is_solved_and_ballooning_is_named() {
             "--pressure 120: the section balloons at about 7",
         ),
         (&["--pressure", "NaN"], "within 0 and 1000"),
-        (&["--pressure", "60", "--yeoh", "0.1,0.02"], "three numbers"),
         (
-            &["--pressure", "60", "--yeoh", "0.1,0.02,-1"],
-            "C3: must lie within 0 and 1",
+            &["--pressure", "60", "--yeoh", "0.1,x"],
+            "\"x\": must be a number",
+        ),
+        (
+            &["--pressure", "60", "--yeoh", "-0.1,0.02,0"],
+            "--yeoh[0] = -0.1: must lie within 0.001 and 1",
+        ),
+        (
+            &["--pressure", "160", "--yeoh", "0.0551,0.01521,-0.002194"],
+            "--yeoh: the strain energy is unstable beyond a stretch of",
+        ),
+        (
+            &["--pressure", "60", "--yeoh=0.1", "--ogden", "0.2,1.5"],
+            "cannot be used with",
+        ),
+        (
+            &["--pressure", "60", "--ogden", "0.2,1.5,3"],
+            "--ogden: must be pairs of μ and α, not 3 numbers",
         ),
     ] {
         let output = section(more);

@@ -1,5 +1,6 @@
 //! How often the controller reports a loss that is none: hours of holding and moving in which nothing is lost.
 
+use anyhow::Context;
 use finger::capability::GRAVITY_M_S2;
 use rayon::prelude::*;
 use sim::scenario::ObjectKind;
@@ -36,7 +37,10 @@ pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
                     ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
                 };
                 let pressure = Kilopascals(pressure_kpa as f32);
-                let (lift, _) = base.table().lift(kind, pressure);
+                let (lift, _) = base
+                    .table()
+                    .lift(kind, pressure)
+                    .with_context(|| format!("the lift of the {object} at {pressure_kpa} kPa is not known: fingers and object find no equilibrium"))?;
                 setup.scenario.mass_kg = load * f64::from(lift.0) / (GRAVITY_M_S2 + 10.0);
                 setups.push((setup, closing.clone()));
             }

@@ -27,7 +27,7 @@ impl Bench {
         let mut setup = setup.clone();
         // The first finger in the direction of x.
         setup.gripper.hand.first_finger_deg = 0.0;
-        let config = world_config(&setup.scenario, &setup.gripper, &setup.chain);
+        let config = world_config(&setup.scenario, &setup.gripper, &setup.chain, &setup.grasp);
         Self {
             world: World::new(&config, [0.0; 3]),
             chain: setup.chain.clone(),

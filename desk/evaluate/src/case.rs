@@ -150,8 +150,9 @@ impl Draw {
             ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
             ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
         };
-        let (lift, _) = table.lift(kind, Kilopascals(pressure_kpa as f32));
-        f64::from(lift.0) * friction / 0.8
+        let lift = table.lift(kind, Kilopascals(pressure_kpa as f32));
+        // `evaluation::check` has seen to it that it is known.
+        lift.map_or(0.0, |(lift, _)| f64::from(lift.0)) * friction / 0.8
     }
 
     /// Fingers, gauges, air and the arm's moves.

@@ -1,6 +1,8 @@
 //! Everything that is measured, in parallel.
 
+use anyhow::ensure;
 use sim::setup::Setup;
+use softgrip::table::ObjectKind;
 
 use crate::case::KNOWLEDGE;
 use crate::options::{NOISE_UE, Options};
@@ -27,6 +29,25 @@ pub fn steps(options: &Options) -> u64 {
     KNOWLEDGE.len() as u64 * options.losses as u64 + (3600.0 * sum_h) as u64
 }
 
+/// The highest pressure of the cases, kPa.
+const HIGHEST_KPA: f32 = 160.0;
+
+/// Refuses fingers that cannot grip as hard as the cases ask for, or of which nobody knows what they lift.
+///
+/// # Errors
+/// With what the recipe would have to give.
+pub fn check(base: &Setup) -> anyhow::Result<()> {
+    for kind in [ObjectKind::Sphere, ObjectKind::Cylinder] {
+        let known = base.table().lift_known_to(kind).map_or(0.0, |kpa| kpa.0);
+        ensure!(
+            known >= HIGHEST_KPA,
+            "evaluate grips at 100 to {HIGHEST_KPA} kPa: the recipe {} tells the lift up to {known} kPa only",
+            base.table().recipe
+        );
+    }
+    Ok(())
+}
+
 /// Measures everything, in parallel; the result does not depend on how many threads there are. `done` is
 /// told how many more of [`steps`] are done.
 pub fn run(
@@ -34,6 +55,7 @@ pub fn run(
     options: &Options,
     done: &(dyn Fn(u64) + Sync),
 ) -> anyhow::Result<Evaluation> {
+    check(base)?;
     let sample = latency::sample(base, options, done)?;
     let models = alarms::models(base)?;
     let tallies = NOISE_UE

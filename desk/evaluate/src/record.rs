@@ -8,7 +8,6 @@
 use std::ops::ControlFlow;
 
 use sim::arm::Phase;
-use sim::plant::Plant;
 use sim::run;
 use softgrip::settings::Settings;
 use softgrip::table::FingerTable;
@@ -78,7 +77,7 @@ impl Recording {
         noise_ue: f64,
     ) -> anyhow::Result<Self> {
         let setup = &case.setup;
-        let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+        let mut plant = setup.plant();
         let mut controller = case.controller(table, settings)?;
         let mut measure = Measure::new(case, noise_ue);
         let profile = plant.profile().clone();

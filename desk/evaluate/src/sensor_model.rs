@@ -52,6 +52,7 @@ impl<R: Rng> SensorModel<R> {
             supply: self.supply,
             scans: SCANS,
             overrun: false,
+            carried: false,
         }
     }
 }

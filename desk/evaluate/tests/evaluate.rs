@@ -15,7 +15,6 @@ use evaluate::surrogate::{Gauge, Surrogate};
 use evaluate::trial::judge;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sim::plant::Plant;
 use sim::run;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
@@ -229,7 +228,7 @@ fn the_generator_grips_and_lets_go_like_the_twin() {
         let response = IdentifiedModel::of(&setup).expect("a response");
         let arm = &mut setup.gripper.arm;
         (arm.approach_mm, arm.dwell_ms, arm.grip_ms) = (1.0, 10.0, 9_000.0);
-        let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+        let mut plant = setup.plant();
         let gauge = Gauge {
             gain: 1.0,
             offset_ue: 0.0,

@@ -6,9 +6,10 @@ use sim::fault::Injected;
 use sim::run::Run;
 use softgrip::telemetry::Event;
 
-/// The float nearest to `x` with so many decimals, so that JSON shows 1.234 and not 1.2340000000000002.
+/// The float nearest to `x` with so many decimals, so that JSON shows 1.234 and not 1.2340000000000002,
+/// and never a negative zero.
 pub fn round(x: f64, decimals: usize) -> f64 {
-    format!("{x:.decimals$}").parse().unwrap_or(x)
+    format!("{x:.decimals$}").parse().unwrap_or(x) + 0.0
 }
 
 /// `{"t_s", "event", …}`; fingers count from 1.
@@ -18,7 +19,7 @@ pub fn event(timed: &TimedEvent) -> Value {
         Event::Contact { finger } => value["finger"] = json!(finger + 1),
         Event::Slip { rate } => value["rate_per_s"] = json!(round(rate.into(), 4)),
         Event::Lost(loss) => {
-            value["onset_s"] = json!(round(loss.onset.micros() as f64 * 1e-6, 6));
+            value["onset_s"] = json!(round(timed.onset_s(&loss), 6));
             value["cause"] = json!(cause(loss.cause));
             let fall = |share: f32| json!(round(share.into(), 3));
             value["evidence"] = json!(loss.evidence.map(|share| share.map(fall)));
@@ -37,6 +38,7 @@ pub fn event(timed: &TimedEvent) -> Value {
         | Event::Regripping
         | Event::AirLoss
         | Event::Tared
+        | Event::TareDue
         | Event::Acknowledged => {}
     }
     value

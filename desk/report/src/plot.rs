@@ -236,7 +236,11 @@ fn marks(run: &Run) -> Vec<(f64, RGBColor, &'static str)> {
                 Event::Released => (QUIET, "released"),
                 Event::AirLoss => (ALARM, "AIR LOSS"),
                 Event::Fault { .. } => (ALARM, "FAULT"),
-                Event::Contact { .. } | Event::Refused(_) | Event::Tared | Event::Acknowledged => {
+                Event::Contact { .. }
+                | Event::Refused(_)
+                | Event::Tared
+                | Event::TareDue
+                | Event::Acknowledged => {
                     return None;
                 }
             };

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use finger::capability::Object;
-use finger::chain::Chain;
+use finger::chain::Grasp;
 use sim::arm::Phase;
 use sim::run::{Outcome, Pose, Run};
 use sim::scenario::ObjectKind;
@@ -21,11 +21,11 @@ const TITLE: f64 = 30.0;
 /// Pictures in a row.
 const COLUMNS: usize = 4;
 
-/// Draws runs of the gripper that three fingers of `chain` make, one below the other.
-pub fn film(chain: &Chain, runs: &[Run]) -> String {
+/// Draws runs of the gripper that three fingers make, one below the other.
+pub fn film(grasp: &Grasp, runs: &[Run]) -> String {
     let (mut strips, mut top) = (String::new(), 0.0);
     for run in runs {
-        top += strip(&mut strips, chain, run, top);
+        top += strip(&mut strips, grasp, run, top);
     }
     let width = SIZE.0 * COLUMNS as f64;
     charts::standalone(&format!(
@@ -34,7 +34,7 @@ pub fn film(chain: &Chain, runs: &[Run]) -> String {
 }
 
 /// Draws one run from `top` on, and gives its height.
-fn strip(out: &mut String, chain: &Chain, run: &Run, top: f64) -> f64 {
+fn strip(out: &mut String, grasp: &Grasp, run: &Run, top: f64) -> f64 {
     let outcome = match run.outcome {
         Outcome::Hold => "held",
         Outcome::Pick => "lost in the lift",
@@ -56,7 +56,7 @@ fn strip(out: &mut String, chain: &Chain, run: &Run, top: f64) -> f64 {
             SIZE.1 * (n / COLUMNS) as f64 + top + TITLE,
             SIZE.0,
             SIZE.1,
-            picture(chain, run.scenario.object, pose),
+            picture(grasp, run.scenario.object, pose),
             pose.t_s,
         );
     }
@@ -118,13 +118,13 @@ fn frames(run: &Run) -> Vec<(String, &Pose)> {
 }
 
 /// Palm, fingers and object, seen along y; fingers further away are paler.
-fn picture(chain: &Chain, kind: ObjectKind, pose: &Pose) -> String {
+fn picture(grasp: &Grasp, kind: ObjectKind, pose: &Pose) -> String {
     let at = |point: [f64; 3]| (PALM.0 + SCALE * point[0], PALM.1 - SCALE * point[2]);
     let mut fingers: Vec<_> = pose.links_m.iter().collect();
     fingers.sort_by(|a, b| b[0][0][1].total_cmp(&a[0][0][1]));
-    let thickness = 2.0 * SCALE * chain.grasp.link_radius_m;
+    let thickness = 2.0 * SCALE * grasp.link_radius_m;
     let mut out = String::new();
-    let palm = SCALE * chain.grasp.palm_radius_m + thickness / 2.0;
+    let palm = SCALE * grasp.palm_radius_m + thickness / 2.0;
     let _ = write!(
         out,
         "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"8\" fill=\"#6E7682\"/>",
@@ -136,7 +136,7 @@ fn picture(chain: &Chain, kind: ObjectKind, pose: &Pose) -> String {
     for finger in fingers {
         // The object stands on the axis, so it comes before the first finger with y ≤ 0.
         if behind && finger[0][0][1] < 1e-9 {
-            out.push_str(&object(chain, kind, pose, at(pose.object_m)));
+            out.push_str(&object(grasp, kind, pose, at(pose.object_m)));
             behind = false;
         }
         let mut path = String::new();
@@ -154,11 +154,11 @@ fn picture(chain: &Chain, kind: ObjectKind, pose: &Pose) -> String {
     out
 }
 
-fn object(chain: &Chain, kind: ObjectKind, pose: &Pose, (x, y): (f64, f64)) -> String {
+fn object(grasp: &Grasp, kind: ObjectKind, pose: &Pose, (x, y): (f64, f64)) -> String {
     let look = "fill=\"#E69F00\" fill-opacity=\"0.75\"";
     let gripped = match kind {
-        ObjectKind::Sphere => chain.grasp.sphere,
-        ObjectKind::Cylinder => chain.grasp.cylinder,
+        ObjectKind::Sphere => grasp.sphere,
+        ObjectKind::Cylinder => grasp.cylinder,
     };
     match gripped.object {
         Object::Sphere { radius_m } => {

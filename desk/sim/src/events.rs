@@ -1,13 +1,13 @@
 //! Controller events in plain words.
 
 use softgrip::FINGERS;
-use softgrip::detect::LossCause;
+use softgrip::detect::{Loss, LossCause};
 use softgrip::telemetry::Event;
 
 /// An event at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedEvent {
-    /// Seconds since the start.
+    /// Seconds since the start; of a trace, by its own clock.
     pub t_s: f64,
     /// What happened.
     pub event: Event,
@@ -31,7 +31,7 @@ impl TimedEvent {
             }
             Event::Lost(loss) => format!(
                 "LOST: the object is gone (since {:.3} s, {})",
-                loss.onset.micros() as f64 * 1e-6,
+                self.onset_s(&loss),
                 cause(loss.cause)
             ),
             Event::Regripping => "closing harder to catch it".into(),
@@ -45,8 +45,16 @@ impl TimedEvent {
             },
             Event::Refused(refusal) => format!("command refused: {refusal:?}"),
             Event::Tared => "gauges zeroed".into(),
+            Event::TareDue => {
+                "TARE DUE: a gauge's zero has moved, or something leans on a finger".into()
+            }
             Event::Acknowledged => "acknowledged".into(),
         }
+    }
+
+    /// When a loss that is reported now began, s. The controller's clock counts from its own start.
+    pub fn onset_s(&self, loss: &Loss) -> f64 {
+        self.t_s - loss.latency_us() as f64 * 1e-6
     }
 }
 
@@ -78,6 +86,7 @@ pub fn name(event: &Event) -> &'static str {
         Event::Fault { .. } => "fault",
         Event::Refused(_) => "refused",
         Event::Tared => "tared",
+        Event::TareDue => "tare_due",
         Event::Acknowledged => "acknowledged",
     }
 }

@@ -23,5 +23,6 @@ pub mod run;
 
 pub mod setup;
 
+pub mod csv_dialect;
 pub mod replay;
 pub mod trace;

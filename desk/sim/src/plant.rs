@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use finger::capability::Object;
-use finger::chain::Chain;
+use finger::chain::{Chain, Grasp};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -78,7 +78,12 @@ pub struct Pins {
 }
 
 /// Fingers and object as the rigid-body engine knows them.
-pub fn world_config(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> WorldConfig {
+pub fn world_config(
+    scenario: &Scenario,
+    gripper: &Gripper,
+    chain: &Chain,
+    grasp: &Grasp,
+) -> WorldConfig {
     let hand = &gripper.hand;
     let fingers = hand.finger_stiffness.map(|factor| Finger {
         length_m: chain.link_length_m,
@@ -87,8 +92,8 @@ pub fn world_config(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> Wo
         damping_s: 1e-3 * hand.damping_ms,
     });
     let gripped = match scenario.object {
-        ObjectKind::Sphere => chain.grasp.sphere,
-        ObjectKind::Cylinder => chain.grasp.cylinder,
+        ObjectKind::Sphere => grasp.sphere,
+        ObjectKind::Cylinder => grasp.cylinder,
     };
     let shape = match gripped.object {
         Object::Sphere { radius_m } => Shape::Sphere {
@@ -101,8 +106,8 @@ pub fn world_config(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> Wo
     };
     WorldConfig {
         fingers,
-        link_radius_m: chain.grasp.link_radius_m,
-        palm_radius_m: chain.grasp.palm_radius_m,
+        link_radius_m: grasp.link_radius_m,
+        palm_radius_m: grasp.palm_radius_m,
         first_finger_rad: TAU * hand.first_finger_deg / 360.0,
         shape,
         mass_kg: scenario.mass_kg,
@@ -142,9 +147,9 @@ pub struct Plant {
 
 impl Plant {
     /// A gripper above an object, without pressure.
-    pub fn new(scenario: &Scenario, gripper: &Gripper, chain: &Chain) -> Self {
+    pub fn new(scenario: &Scenario, gripper: &Gripper, chain: &Chain, grasp: &Grasp) -> Self {
         let profile = Profile::new(&gripper.motion(scenario.accel_m_s2));
-        let config = world_config(scenario, gripper, chain);
+        let config = world_config(scenario, gripper, chain, grasp);
         Self {
             world: World::new(&config, profile.at(0.0).position_m),
             profile,
@@ -358,6 +363,7 @@ impl Plant {
             supply,
             scans: self.gripper.gauge.scans,
             overrun: false,
+            carried: false,
         };
         if self.broken(FaultKind::AdcOverrun) {
             let [first, second, third] = frame.gauges;

@@ -1,41 +1,49 @@
 //! Recorded traces through the controller.
 
 use softgrip::frontend::FrontEnd;
-use softgrip::grasp::Loss;
 use softgrip::units::{AdcCode, Instant, Kilopascals, Microstrain, Volts};
 use softgrip::{Command, Controller, Grip, RawFrame, TICK_US};
 
 use crate::events::TimedEvent;
-use crate::trace::Row;
+use crate::trace::resample::resample;
+use crate::trace::{Row, Trace};
 
 /// Feeds a trace to the controller and returns what it reported.
 ///
 /// A set-point that rises from zero, or changes, is a grip; one that falls to zero a release. Whoever
-/// recorded the next grip had seen the loss before, so a latched loss is acknowledged then.
-pub fn replay(rows: &[Row], mut controller: Controller) -> Vec<TimedEvent> {
+/// recorded the next grip had seen the loss before, so a latched loss is acknowledged then; a set-point that
+/// was seen to fall on a ramp is no such grip.
+pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
     let mut events = Vec::new();
     let mut asked = 0.0;
     let mut latched = false;
-    for (tick, row) in resample(rows).into_iter().enumerate() {
+    for (tick, row) in resample(&trace.rows).into_iter().enumerate() {
         // Clock of the controller: starts at one tick, as on the target.
         let now = Instant::from_micros((tick as u64 + 1) * TICK_US);
         let mut step = |command| {
             let outputs = controller.step(now, &frame(&row), command);
-            events.extend(outputs.events.iter().map(|&event| TimedEvent {
-                t_s: row.t_s,
-                event: on_the_traces_clock(event, now, row.t_s),
-            }));
+            let t_s = row.t_s;
+            events.extend(
+                outputs
+                    .events
+                    .iter()
+                    .map(|&event| TimedEvent { t_s, event }),
+            );
             outputs.indicators.lost
         };
+        let falls = !trace.stepped && row.setpoint_kpa < asked;
         let command = if row.setpoint_kpa == asked {
             Command::Continue
         } else if row.setpoint_kpa > 0.0 {
-            if latched {
-                // Takes this tick; the grip follows in the next.
-                latched = step(Command::Acknowledge);
-                continue;
+            match (latched, falls) {
+                (true, true) => Command::Continue,
+                (true, false) => {
+                    // Takes this tick; the grip follows in the next.
+                    latched = step(Command::Acknowledge);
+                    continue;
+                }
+                (false, _) => Command::Grip(Grip::Pressure(Kilopascals(row.setpoint_kpa as f32))),
             }
-            Command::Grip(Grip::Pressure(Kilopascals(row.setpoint_kpa as f32)))
         } else {
             Command::Release
         };
@@ -45,131 +53,19 @@ pub fn replay(rows: &[Row], mut controller: Controller) -> Vec<TimedEvent> {
     events
 }
 
-/// The trace at every control tick: the mean of the rows since the last tick, or the straight line
-/// between two rows that are further apart. The set-point is a step, so it keeps its last value.
-fn resample(rows: &[Row]) -> Vec<Row> {
-    let tick_s = TICK_US as f64 * 1e-6;
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
-        return Vec::new();
-    };
-    // A tick whose row is late by the rounding of its decimals still finds it.
-    let slack_s = 1e-9;
-    let ticks = ((last.t_s - first.t_s + slack_s) / tick_s) as usize;
-    let mut next = 0;
-    (0..=ticks)
-        .map(|tick| {
-            let t_s = first.t_s + tick as f64 * tick_s;
-            let from = next;
-            while next < rows.len() && rows[next].t_s <= t_s + slack_s {
-                next += 1;
-            }
-            let mut row = match &rows[from..next] {
-                [] => between(&rows[next - 1], &rows[next.min(rows.len() - 1)], t_s),
-                fresh => mean(fresh),
-            };
-            row.t_s = t_s;
-            row.setpoint_kpa = rows[next - 1].setpoint_kpa;
-            row
-        })
-        .collect()
-}
-
-fn mean(rows: &[Row]) -> Row {
-    let n = rows.len() as f64;
-    let mean = |value: &dyn Fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() / n;
-    Row {
-        strain_ue: std::array::from_fn(|i| mean(&|row: &Row| row.strain_ue[i])),
-        pressure_kpa: mean(&|row: &Row| row.pressure_kpa),
-        ..rows[0]
-    }
-}
-
-fn between(low: &Row, high: &Row, t_s: f64) -> Row {
-    let share = if high.t_s > low.t_s {
-        (t_s - low.t_s) / (high.t_s - low.t_s)
-    } else {
-        0.0
-    };
-    let mix = |a: f64, b: f64| a + share * (b - a);
-    Row {
-        strain_ue: std::array::from_fn(|i| mix(low.strain_ue[i], high.strain_ue[i])),
-        pressure_kpa: mix(low.pressure_kpa, high.pressure_kpa),
-        ..*low
-    }
-}
-
 /// What the converter would have delivered for a row. Casts to codes saturate.
 fn frame(row: &Row) -> RawFrame {
     let front_end = FrontEnd::REFERENCE;
     let code = |code: f32| AdcCode(code.round() as u16);
     RawFrame {
-        gauges: row
-            .strain_ue
-            .map(|ue| code(front_end.gauge_code(Microstrain(ue as f32)))),
+        gauges: row.strain_ue.map(|ue| match ue.is_finite() {
+            true => code(front_end.gauge_code(Microstrain(ue as f32))),
+            false => AdcCode(u16::MAX),
+        }),
         monitor: code(front_end.monitor_code(Kilopascals(row.pressure_kpa as f32))),
         supply: code(front_end.supply_code(Volts(24.0))),
         scans: 1,
         overrun: false,
-    }
-}
-
-/// The controller counts from its own start; the trace may start anywhere.
-pub fn on_the_traces_clock(
-    event: softgrip::telemetry::Event,
-    now: Instant,
-    t_s: f64,
-) -> softgrip::telemetry::Event {
-    use softgrip::telemetry::Event;
-    match event {
-        Event::Lost(loss) => {
-            let flagged = (1e6 * t_s).round().max(0.0) as u64;
-            let onset = flagged.saturating_sub(now.micros_since(loss.onset));
-            Event::Lost(Loss {
-                onset: Instant::from_micros(onset),
-                flagged: Instant::from_micros(flagged),
-                ..loss
-            })
-        }
-        other => other,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn rows(hz: f64, n: usize) -> Vec<Row> {
-        (0..n)
-            .map(|i| {
-                let t_s = 5.0 + i as f64 / hz;
-                Row {
-                    t_s,
-                    strain_ue: [1_000.0 * t_s; 3],
-                    pressure_kpa: 10.0 * t_s,
-                    setpoint_kpa: if i < n / 2 { 0.0 } else { 100.0 },
-                }
-            })
-            .collect()
-    }
-
-    #[test]
-    fn every_rate_becomes_the_same_ramp_at_the_tick() {
-        for (hz, n) in [(100.0, 11), (250.0, 26), (1_000.0, 101), (10_000.0, 1_001)] {
-            let ticks = resample(&rows(hz, n));
-            assert_eq!(ticks.len(), 101, "{hz} Hz");
-            for (i, row) in ticks.iter().enumerate() {
-                assert!((row.t_s - (5.0 + 1e-3 * i as f64)).abs() < 1e-9);
-                // The mean of a fast trace lags by half a tick.
-                let lag_s = row.t_s - row.strain_ue[0] * 1e-3;
-                assert!((-1e-9..=0.5e-3).contains(&lag_s), "{hz} Hz: {lag_s}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_set_point_stays_a_step() {
-        for row in resample(&rows(100.0, 11)) {
-            assert!(row.setpoint_kpa == 0.0 || row.setpoint_kpa == 100.0);
-        }
+        carried: !row.measured,
     }
 }

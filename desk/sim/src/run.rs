@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant as WallClock};
 
-use finger::chain::Chain;
+use finger::chain::{Chain, Grasp};
 use finger::recipe::Recipe;
 use finger::table::Table;
 use softgrip::settings::Settings;
@@ -129,6 +129,7 @@ pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
         inputs_hash: table.inputs_hash,
         error_bound_percent: table.error_bound_percent,
         lift_error_percent: table.lift_error_percent,
+        lift_rows: table.lift_rows,
         max_pressure_kpa: table.max_pressure_kpa,
         stiffness_nmm_per_deg: table.stiffness_nmm_per_deg,
         rows: table.rows.map(|row| softgrip::table::Row {
@@ -141,7 +142,7 @@ pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
     })))
 }
 
-/// A controller with a recipe's table and the default settings.
+/// A controller with a recipe's table and these settings.
 pub fn controller(table: &'static FingerTable, settings: &Settings) -> anyhow::Result<Controller> {
     let active = settings
         .validate(&softgrip::frontend::FrontEnd::REFERENCE, table)
@@ -154,12 +155,13 @@ pub fn run(
     scenario: &Scenario,
     gripper: &Gripper,
     chain: &Chain,
+    grasp: &Grasp,
     mut controller: Controller,
     faults: &[Injected],
     mut progress: impl FnMut(f64),
 ) -> Run {
     let start = WallClock::now();
-    let mut plant = Plant::new(scenario, gripper, chain).with_faults(faults);
+    let mut plant = Plant::new(scenario, gripper, chain, grasp).with_faults(faults);
     let ticks = (plant.profile().duration_s() * 1e6) as u64 / TICK_US;
     let mut samples = Vec::with_capacity(ticks as usize);
     let mut poses = Vec::new();

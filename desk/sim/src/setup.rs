@@ -2,14 +2,16 @@
 
 use anyhow::{Context, ensure};
 use finger::capability::Object;
-use finger::chain::{Chain, Gripped};
+use finger::chain::{Chain, Grasp, Gripped};
 use finger::recipe::Recipe;
+use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;
 use softgrip::table::FingerTable;
 
 use crate::arm::Profile;
 use crate::fault::Injected;
 use crate::gripper::Gripper;
+use crate::plant::Plant;
 use crate::run::{self, Run};
 use crate::scenario::{ObjectKind, Scenario};
 
@@ -20,8 +22,10 @@ pub struct Setup {
     pub scenario: Scenario,
     /// Arm, air and gauges.
     pub gripper: Gripper,
-    /// The fingers and how they stand around the object.
+    /// The fingers.
     pub chain: Chain,
+    /// How they stand around the object.
+    pub grasp: Grasp,
     /// Stiffness of every joint over that of the chain, at the same torques. The controller is
     /// calibrated to it, as after a free-bend sweep.
     pub stiffness_factor: f64,
@@ -70,8 +74,8 @@ pub const PARAMETERS: &[Parameter] = &[
     number("noise_ue", 0.0, 5_000.0, |s, x| s.scenario.noise_ue = x),
     number("seed", 0.0, 9e15, |s, x| s.scenario.seed = x as u64),
     number("stiffness_factor", 0.5, 2.0, |s, x| s.stiffness_factor = x),
-    number("grasp.palm_radius_mm", 1.0, 200.0, |s, x| s.chain.grasp.palm_radius_m = 1e-3 * x),
-    number("grasp.link_radius_mm", 0.1, 50.0, |s, x| s.chain.grasp.link_radius_m = 1e-3 * x),
+    number("grasp.palm_radius_mm", 1.0, 200.0, |s, x| s.grasp.palm_radius_m = 1e-3 * x),
+    number("grasp.link_radius_mm", 0.1, 50.0, |s, x| s.grasp.link_radius_m = 1e-3 * x),
     number("grasp.depth_mm", 1.0, 200.0, |s, x| s.gripped_mut().depth_m = 1e-3 * x),
     number("grasp.diameter_mm", 1.0, 200.0, |s, x| s.set_diameter(1e-3 * x)),
     number("hand.first_finger_deg", -360.0, 360.0, |s, x| s.gripper.hand.first_finger_deg = x),
@@ -102,15 +106,30 @@ const fn number(name: &'static str, low: f64, high: f64, set: fn(&mut Setup, f64
 }
 
 impl Setup {
-    /// The default run with the fingers of a recipe.
+    /// The default run with the fingers of a recipe, at the pressure at which their controller grips.
+    ///
+    /// # Errors
+    /// If the recipe does not say how the fingers stand around an object.
     pub fn of(recipe: &Recipe) -> anyhow::Result<Self> {
+        let grasp = recipe.grasp.with_context(|| {
+            format!(
+                "the recipe {} has no [grasp], so nothing can be gripped: add [grasp] with palm_radius_mm, link_radius_mm and friction, [grasp.sphere] with diameter_mm and depth_mm, and [grasp.cylinder] with diameter_mm, height_mm and depth_mm",
+                recipe.name
+            )
+        })?;
+        let table = run::table_of(recipe)?;
+        let settings = Settings::for_finger(&FrontEnd::REFERENCE, table);
         Ok(Self {
-            scenario: Scenario::default(),
+            scenario: Scenario {
+                pressure_kpa: settings.grip_pressure_kpa.into(),
+                ..Scenario::default()
+            },
             gripper: Gripper::reference(),
             chain: recipe.chain.clone(),
+            grasp,
             stiffness_factor: 1.0,
             faults: Vec::new(),
-            table: run::table_of(recipe)?,
+            table,
         })
     }
 
@@ -119,19 +138,29 @@ impl Setup {
         self.table
     }
 
+    /// The default settings of the fingers' controller.
+    pub fn settings(&self) -> Settings {
+        Settings::for_finger(&FrontEnd::REFERENCE, self.table)
+    }
+
+    /// The gripper above the object.
+    pub fn plant(&self) -> Plant {
+        Plant::new(&self.scenario, &self.gripper, &self.chain, &self.grasp)
+    }
+
     /// Where and how the object is gripped.
     pub fn gripped(&self) -> Gripped {
         match self.scenario.object {
-            ObjectKind::Sphere => self.chain.grasp.sphere,
-            ObjectKind::Cylinder => self.chain.grasp.cylinder,
+            ObjectKind::Sphere => self.grasp.sphere,
+            ObjectKind::Cylinder => self.grasp.cylinder,
         }
     }
 
     /// The same, to be varied.
     pub fn gripped_mut(&mut self) -> &mut Gripped {
         match self.scenario.object {
-            ObjectKind::Sphere => &mut self.chain.grasp.sphere,
-            ObjectKind::Cylinder => &mut self.chain.grasp.cylinder,
+            ObjectKind::Sphere => &mut self.grasp.sphere,
+            ObjectKind::Cylinder => &mut self.grasp.cylinder,
         }
     }
 
@@ -154,7 +183,7 @@ impl Setup {
 
     /// Refuses what cannot stand or be asked for.
     pub fn check(&self) -> anyhow::Result<()> {
-        let grasp = &self.chain.grasp;
+        let grasp = &self.grasp;
         let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) =
             self.gripped().object;
         let least_m = radius_m + grasp.link_radius_m;
@@ -191,13 +220,14 @@ impl Setup {
             free_bend_gain: [(1.0 / self.stiffness_factor) as f32; 3],
             // The simulated robot speaks in every tick.
             host_timeout_ms: 1_000.0,
-            ..Settings::default()
+            ..self.settings()
         };
         let controller = run::controller(self.table, &settings)?;
         Ok(run::run(
             &self.scenario,
             &self.gripper,
             &chain,
+            &self.grasp,
             controller,
             &self.faults,
             progress,

@@ -1,10 +1,22 @@
 //! Traces: what a gripper's gauges and regulator showed over time, as CSV.
 
+mod clock;
+mod plausible;
+pub(crate) mod resample;
+mod rows;
+mod setpoint;
+
 use std::path::Path;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 
+use crate::csv_dialect::{self, Quantity, Table, Wanted};
 use crate::run::Run;
+
+use rows::GAP_S;
+
+pub use plausible::check;
+pub use rows::{Row, Trace};
 
 /// The columns that a trace must have; others are ignored.
 pub const COLUMNS: [&str; 6] = [
@@ -15,95 +27,122 @@ pub const COLUMNS: [&str; 6] = [
     "pressure_kpa",
     "setpoint_kpa",
 ];
-/// Shortest and longest time between rows, s: 10 kHz and 100 Hz, with some room for rounding.
-const INTERVAL_S: (f64, f64) = (0.99e-4, 1.01e-2);
-
-/// One row of a trace, in the order of [`COLUMNS`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
-    /// Time, s.
-    pub t_s: f64,
-    /// Gauge strain of each finger, µε.
-    pub strain_ue: [f64; 3],
-    /// Measured pressure, kPa.
-    pub pressure_kpa: f64,
-    /// Pressure that the robot asked for, kPa.
-    pub setpoint_kpa: f64,
-}
 
 /// Reads and checks a trace.
-pub fn read(path: &Path) -> anyhow::Result<Vec<Row>> {
-    let file = std::fs::File::open(path).with_context(|| format!("{}", path.display()))?;
-    parse(file).with_context(|| format!("{}", path.display()))
+pub fn read(path: &Path) -> anyhow::Result<Trace> {
+    let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
+    parse(&bytes).with_context(|| format!("{}", path.display()))
 }
 
-fn parse(input: impl std::io::Read) -> anyhow::Result<Vec<Row>> {
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(input);
-    let header = reader.headers()?.clone();
-    let mut place = [0; COLUMNS.len()];
-    for (place, column) in place.iter_mut().zip(COLUMNS) {
-        *place = header
-            .iter()
-            .position(|name| name == column)
-            .with_context(|| {
-                format!(
-                    "line 1: no column {column}; the header must name {}",
-                    COLUMNS.join(",")
-                )
-            })?;
-    }
-    let mut rows: Vec<Row> = Vec::new();
-    for record in reader.records() {
-        let record = record?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let mut values = [0.0; COLUMNS.len()];
-        for ((value, place), column) in values.iter_mut().zip(place).zip(COLUMNS) {
-            let text = &record[place];
-            *value = text
-                .parse()
-                .ok()
-                .filter(|value: &f64| value.is_finite())
-                .with_context(|| {
-                    format!("line {line}: {column} = {text:?}: must be a finite number")
-                })?;
-        }
-        let [t_s, a, b, c, pressure_kpa, setpoint_kpa] = values;
-        if let Some(before) = rows.last() {
-            check_interval(line, before.t_s, t_s)?;
-        }
-        ensure!(
-            setpoint_kpa >= 0.0,
-            "line {line}: setpoint_kpa = {setpoint_kpa}: must not be negative"
-        );
-        rows.push(Row {
-            t_s,
-            strain_ue: [a, b, c],
-            pressure_kpa,
-            setpoint_kpa,
-        });
-    }
+fn parse(bytes: &[u8]) -> anyhow::Result<Trace> {
+    let quantities = [
+        Quantity::Time,
+        Quantity::Strain,
+        Quantity::Strain,
+        Quantity::Strain,
+        Quantity::Pressure,
+        Quantity::Pressure,
+    ];
+    let wanted: [Wanted; COLUMNS.len()] = std::array::from_fn(|i| Wanted {
+        name: COLUMNS[i],
+        quantity: quantities[i],
+        required: true,
+    });
+    let mut table = csv_dialect::parse(bytes, &wanted)?;
+    // A line with a time alone is a row that is missing.
+    table
+        .rows
+        .retain(|row| row.cells[1..].iter().any(Option::is_some));
     ensure!(
-        rows.len() >= 2,
+        table.rows.len() >= 2,
         "{} rows of data: a trace needs at least two",
-        rows.len()
+        table.rows.len()
     );
-    Ok(rows)
+    let mut notes = std::mem::take(&mut table.notes);
+    let (times, interval_s) = clock::times(&table, &mut notes)?;
+    let mut rows = fill(&table, &times, &mut notes)?;
+    let mut negative = rows
+        .iter()
+        .zip(&table.rows)
+        .filter(|(row, _)| row.setpoint_kpa < -setpoint::NOISE_KPA);
+    if let Some((row, source)) = negative.next() {
+        // Some values of a noisy column may be.
+        ensure!(
+            negative.count() < rows.len() / 100,
+            "line {}: setpoint_kpa = {}: must not be negative",
+            source.line,
+            row.setpoint_kpa
+        );
+    }
+    let understood = setpoint::understand(&mut rows);
+    notes.extend(understood.note);
+    Ok(Trace {
+        rows,
+        stepped: understood.stepped,
+        slew_kpa_per_s: understood.slew_kpa_per_s,
+        interval_s,
+        notes,
+    })
 }
 
-fn check_interval(line: u64, before: f64, now: f64) -> anyhow::Result<()> {
-    let interval = now - before;
-    if interval <= 0.0 {
-        bail!("line {line}: t_s = {now}: time must rise, and the row before is at {before}");
+/// The table's rows with every empty cell filled: on the straight line between its neighbours, or, for the
+/// set-point, as before.
+fn fill(table: &Table, times: &[f64], notes: &mut Vec<String>) -> anyhow::Result<Vec<Row>> {
+    let mut columns: [Vec<f64>; COLUMNS.len()] = std::array::from_fn(|_| Vec::new());
+    columns[0] = times.to_vec();
+    for (i, column) in columns.iter_mut().enumerate().skip(1) {
+        let name = COLUMNS[i];
+        let cell = |row: usize| table.rows[row].cells[i];
+        let mut before = None;
+        while column.len() < times.len() {
+            let at = column.len();
+            if let Some(value) = cell(at) {
+                column.push(value);
+                before = Some(at);
+                continue;
+            }
+            let end = (at..times.len()).find(|row| cell(*row).is_some());
+            let run = at..end.unwrap_or(times.len());
+            let (from, to) = (before.unwrap_or(0), run.end.min(times.len() - 1));
+            let low = before.or(end).and_then(cell);
+            let low = low.with_context(|| format!("{name}: every cell is empty"))?;
+            let high = end.and_then(cell).unwrap_or(low);
+            let is_long = times[to] - times[from] > GAP_S;
+            let (is_gauge, is_setpoint) = ((1..=3).contains(&i), i == 5);
+            let line = table.rows[at].line;
+            ensure!(
+                !is_long || is_gauge || is_setpoint,
+                "line {line}: {name} is empty for {:.1} s from here; for more than {GAP_S} s it is not made up",
+                times[to] - times[from]
+            );
+            if is_long && is_gauge {
+                notes.push(format!(
+                    "{name}: empty for {:.1} s from line {line} on: taken for an open gauge",
+                    times[to] - times[from]
+                ));
+            }
+            column.extend(run.map(|row| {
+                let share = (times[row] - times[from]) / (times[to] - times[from]).max(1e-9);
+                match (is_long && is_gauge, is_setpoint) {
+                    (true, _) => f64::INFINITY,
+                    (false, true) => low,
+                    (false, false) => low + share * (high - low),
+                }
+            }));
+        }
     }
-    let (shortest, longest) = INTERVAL_S;
-    ensure!(
-        (shortest..=longest).contains(&interval),
-        "line {line}: t_s = {now}: {interval:.6} s after the row before, {:.0} Hz; the rate must lie within 100 Hz and 10 kHz",
-        1.0 / interval
-    );
-    Ok(())
+    let [t_s, a, b, c, pressure_kpa, setpoint_kpa] = columns;
+    let row = |i: usize| Row {
+        t_s: t_s[i],
+        strain_ue: [a[i], b[i], c[i]],
+        pressure_kpa: pressure_kpa[i],
+        setpoint_kpa: setpoint_kpa[i],
+        measured: (1..=3).all(|gauge| {
+            let is_open = [&a, &b, &c][gauge - 1][i].is_infinite();
+            is_open || table.rows[i].cells[gauge].is_some()
+        }),
+    };
+    Ok((0..times.len()).map(row).collect())
 }
 
 /// The trace of a sequence of runs, one after the other in time, with what only a simulation knows in
@@ -147,66 +186,4 @@ pub fn of_runs(runs: &[Run]) -> anyhow::Result<Vec<u8>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const HEADER: &str = "t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa";
-
-    fn error(text: &str) -> String {
-        format!("{:#}", parse(text.as_bytes()).expect_err("a bad trace"))
-    }
-
-    #[test]
-    fn columns_may_stand_in_any_order_among_others() {
-        let rows = parse(
-            "note,setpoint_kpa,pressure_kpa,strain3_ue,strain2_ue,strain1_ue,t_s\nx,6,5,4,3,2,0\ny,6,5,4,3,2,0.001\n"
-                .as_bytes(),
-        )
-        .expect("a good trace");
-        assert_eq!(
-            rows[1],
-            Row {
-                t_s: 0.001,
-                strain_ue: [2.0, 3.0, 4.0],
-                pressure_kpa: 5.0,
-                setpoint_kpa: 6.0
-            }
-        );
-    }
-
-    #[test]
-    fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
-        for (text, expected) in [
-            ("", "line 1: no column t_s"),
-            (HEADER, "0 rows of data: a trace needs at least two"),
-            (
-                "t_s,strain1_ue,strain2_ue,pressure_kpa,setpoint_kpa\n",
-                "line 1: no column strain3_ue",
-            ),
-            (
-                &format!("{HEADER}\n0,0,0,0,0,0\n0.001,0,NaN,0,0,0\n"),
-                "line 3: strain2_ue = \"NaN\": must be a finite number",
-            ),
-            (
-                &format!("{HEADER}\n0,0,0,0,0,0\n0.001,0,,0,0,0\n"),
-                "line 3: strain2_ue = \"\": must be a finite number",
-            ),
-            (
-                &format!("{HEADER}\n0.002,0,0,0,0,0\n0.001,0,0,0,0,0\n"),
-                "line 3: t_s = 0.001: time must rise, and the row before is at 0.002",
-            ),
-            (
-                &format!("{HEADER}\n0,0,0,0,0,0\n0.1,0,0,0,0,0\n"),
-                "line 3: t_s = 0.1: 0.100000 s after the row before, 10 Hz; the rate must lie within 100 Hz and 10 kHz",
-            ),
-            (
-                &format!("{HEADER}\n0,0,0,0,0,-3\n0.001,0,0,0,0,0\n"),
-                "line 2: setpoint_kpa = -3: must not be negative",
-            ),
-            (&format!("{HEADER}\n0,0,0,0,0,0\n0.001,0,0\n"), "line: 3"),
-        ] {
-            let message = error(text);
-            assert!(message.contains(expected), "{message}");
-        }
-    }
-}
+mod tests;

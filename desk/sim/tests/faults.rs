@@ -1,18 +1,13 @@
 //! What each fault does to the air and to the converter's codes, and how a run with faults is judged.
 
-use finger::chain::Chain;
-use finger::recipe::Recipe;
 use sim::events::TimedEvent;
 use sim::fault::Injected;
-use sim::gripper::Gripper;
-use sim::plant::{Plant, Truth};
+use sim::plant::Truth;
 use sim::run::{Outcome, Run};
-use sim::scenario::Scenario;
 use sim::setup::Setup;
-use softgrip::detect::LossCause;
+use softgrip::detect::{Loss, LossCause};
 use softgrip::fault::Fault;
 use softgrip::frontend::FrontEnd;
-use softgrip::grasp::Loss;
 use softgrip::telemetry::Event;
 use softgrip::units::{DacCode, Instant, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
@@ -21,13 +16,10 @@ const FRONT_END: FrontEnd = FrontEnd::REFERENCE;
 /// When everything breaks here: the grip is tight.
 const BREAKS: usize = 1_500;
 
-fn recipe() -> Recipe {
+fn setup() -> Setup {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/paper.toml");
-    finger::recipe::load(path.as_ref()).expect("the paper's recipe")
-}
-
-fn chain() -> Chain {
-    recipe().chain
+    let recipe = finger::recipe::load(path.as_ref()).expect("the paper's recipe");
+    Setup::of(&recipe).expect("a setup")
 }
 
 fn fault(text: &str) -> Injected {
@@ -37,8 +29,7 @@ fn fault(text: &str) -> Injected {
 /// The plant's ticks from the fault on, while the command is changed from 140 kPa to `kpa` with it.
 fn after(faults: &[&str], kpa: f32, ticks: usize) -> Vec<(RawFrame, Truth)> {
     let faults: Vec<_> = faults.iter().map(|text| fault(text)).collect();
-    let (scenario, gripper) = (Scenario::default(), Gripper::reference());
-    let mut plant = Plant::new(&scenario, &gripper, &chain()).with_faults(&faults);
+    let mut plant = setup().plant().with_faults(&faults);
     let mut dac = DacCode(0);
     let run = (1..BREAKS + ticks).map(|tick| {
         let (frame, truth) = plant.step(dac);
@@ -167,7 +158,7 @@ fn supply_and_converter_show_their_faults() {
 }
 
 fn run(accel_m_s2: f64, faults: &[&str]) -> Run {
-    let mut setup = Setup::of(&recipe()).expect("a setup");
+    let mut setup = setup();
     setup.scenario.accel_m_s2 = accel_m_s2;
     setup.faults = faults.iter().map(|text| fault(text)).collect();
     setup.run(|_| ()).expect("a run")

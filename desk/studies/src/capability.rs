@@ -52,7 +52,7 @@ pub fn limits(
 /// Greatest force against gravity that the finger model finds, on the way from the grasp to the tips.
 pub fn static_lift_n(setup: &Setup) -> Option<f64> {
     let gripped = setup.gripped();
-    let mut grip = setup.chain.grip(setup.scenario.pressure_kpa);
+    let mut grip = setup.grasp.grip(&setup.chain, setup.scenario.pressure_kpa);
     grip.friction = setup.scenario.friction;
     let strongest = grip.strongest(gripped.object, gripped.depth_m);
     strongest.ok().map(|hold| hold.lift_n)

@@ -18,7 +18,7 @@ use finger::recipe::{self, Recipe};
 use nalgebra::DMatrix;
 use toml_edit::DocumentMut;
 
-use data::{Noise, Point};
+use data::{Hysteresis, Measurements, Noise, Point};
 use identify::Identified;
 use parameter::Parameter;
 use problem::Problem;
@@ -52,6 +52,8 @@ pub struct Change {
 pub struct Fit {
     measured: String,
     points: Vec<Point>,
+    hysteresis: Vec<Hysteresis>,
+    notes: Vec<String>,
     noise: Noise,
     identified: Identified,
     changes: Vec<Change>,
@@ -74,7 +76,11 @@ impl Fit {
                 request.recipe.display()
             );
         }
-        let points = data::read(request.measured, start.chain.max_pressure_kpa())?;
+        let Measurements {
+            points,
+            hysteresis,
+            notes,
+        } = data::read(request.measured, start.chain.max_pressure_kpa(), noise)?;
         let document: DocumentMut = text.parse()?;
         let problem = Problem {
             points: &points,
@@ -136,6 +142,8 @@ impl Fit {
             fitted: recipe::parse(Path::new("fitted.toml"), &toml)?,
             measured,
             points,
+            hysteresis,
+            notes,
             noise,
             identified,
             changes,
@@ -152,6 +160,11 @@ impl Fit {
     /// The fitted recipe.
     pub fn fitted(&self) -> &Recipe {
         &self.fitted
+    }
+
+    /// What was understood of the measurements that is not plain.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// What was changed.

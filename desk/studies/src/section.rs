@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use anyhow::Context;
-use finger::hyperelastic::Rubber;
+use finger::hyperelastic::{Energy, Rubber};
 use finger::mesh::MeshSize;
+use finger::ogden::Term;
 use finger::section::Section;
-use finger::yeoh::{Inflated, SectionModel, mesh_study};
+use finger::yeoh::{Inflated, InflationError, SectionModel, mesh_study};
 use serde_json::{Value, json};
 
 use report::json::round;
@@ -38,10 +39,12 @@ pub struct Report {
 }
 
 impl Report {
-    /// Inflates a section to pressures in any order, kPa, at least one.
+    /// Inflates a section to pressures in any order, kPa, at least one. `constants` is what the user calls
+    /// those of the rubber.
     pub fn new(
         section: Section,
         rubber: Rubber,
+        constants: &str,
         pressures_kpa: &[f64],
         study_meshes: bool,
     ) -> anyhow::Result<Self> {
@@ -51,7 +54,14 @@ impl Report {
         let highest = *pressures_pa.last().context("no pressure")?;
         let states = SectionModel::new(&section, rubber, MeshSize::STANDARD)?
             .inflate(&pressures_pa)
-            .with_context(|| format!("--pressure {}", 1e-3 * highest))?;
+            .map_err(|error| match error {
+                InflationError::Unstable { .. } => anyhow::anyhow!(
+                    "{constants}: {error}: ask for lower pressures, or take constants that were fitted up to larger stretches"
+                ),
+                error => {
+                    anyhow::Error::new(error).context(format!("--pressure {}", 1e-3 * highest))
+                }
+            })?;
         let study = match study_meshes {
             true => mesh_study(&section, rubber, highest, &MESHES)?,
             false => Vec::new(),
@@ -68,12 +78,22 @@ impl Report {
     pub fn text(&self) -> String {
         let mut out = String::new();
         let [area, centroid, moment] = self.properties();
-        let [c1, c2, c3] = self.rubber.yeoh_pa.map(|pa| 1e-6 * pa);
+        let rubber = match &self.rubber.energy {
+            Energy::Yeoh(constants) => {
+                let [c1, c2, c3] = constants.map(|pa| 1e-6 * pa);
+                format!("C1 {c1:.4}, C2 {c2:.4}, C3 {c3:.4} MPa")
+            }
+            Energy::Ogden(terms) => {
+                let term = |term: &Term| format!("μ {:.4} α {}", 1e-6 * term.mu_pa, term.alpha);
+                let terms: Vec<String> = terms.as_slice().iter().map(term).collect();
+                format!("{} MPa in Σ 2μ/α² (Σ λ^α - 3)", terms.join(", "))
+            }
+        };
         // Writing to a String cannot fail.
         let _ = writeln!(
             out,
             "area {area:.2} mm², centroid {centroid:+.3} mm towards the thin side, second moment {moment:.0} mm⁴\n\
-             rubber: C1 {c1:.4}, C2 {c2:.4}, C3 {c3:.4} MPa; E {:.0} kPa at small strain\n\n\
+             rubber: {rubber}; E {:.0} kPa at small strain\n\n\
              \x20   kPa  curvature, 1/m   stretch   EI, N·m²",
             1e-3 * self.rubber.youngs_modulus_pa()
         );
@@ -110,9 +130,17 @@ impl Report {
             "area_mm2": round(area, 4),
             "centroid_mm": round(centroid, 4),
             "second_moment_mm4": round(moment, 3),
-            "yeoh_mpa": self.rubber.yeoh_pa.map(|pa| round(1e-6 * pa, 9)),
-            "states": self.states.iter().map(state).collect::<Vec<_>>(),
         });
+        match &self.rubber.energy {
+            Energy::Yeoh(constants) => {
+                value["yeoh_mpa"] = json!(constants.map(|pa| round(1e-6 * pa, 9)));
+            }
+            Energy::Ogden(terms) => {
+                let pair = |term: &Term| json!([round(1e-6 * term.mu_pa, 9), term.alpha]);
+                value["ogden_abaqus"] = terms.as_slice().iter().map(pair).collect();
+            }
+        }
+        value["states"] = self.states.iter().map(state).collect();
         if !self.study.is_empty() {
             let meshes = self.study.iter().map(|(size, on_it)| {
                 let mut row = state(on_it);
@@ -136,9 +164,11 @@ impl Report {
 }
 
 fn row(state: &Inflated) -> String {
+    // A tube that does not bend does so by nought, not by minus nought.
+    let curvature = round(state.curvature_per_m, 4);
     format!(
-        "{:>14.4}  {:>8.4}  {:>9.6}",
-        state.curvature_per_m, state.stretch, state.bending_stiffness_nm2
+        "{curvature:>14.4}  {:>8.4}  {:>9.6}",
+        state.stretch, state.bending_stiffness_nm2
     )
 }
 

@@ -107,8 +107,8 @@ const VARIATIONS: [Variation; 13] = [
     physical("grasped 1 mm nearer to the palm", |s| s.gripped_mut().depth_m -= 1e-3),
     physical("grasped 1 mm nearer to the tips", |s| s.gripped_mut().depth_m += 1e-3),
     // A millimetre less, and the open fingers would stand inside the object.
-    physical("palm radius −0.4 mm", |s| s.chain.grasp.palm_radius_m -= 0.4e-3),
-    physical("palm radius +1 mm", |s| s.chain.grasp.palm_radius_m += 1e-3),
+    physical("palm radius −0.4 mm", |s| s.grasp.palm_radius_m -= 0.4e-3),
+    physical("palm radius +1 mm", |s| s.grasp.palm_radius_m += 1e-3),
     physical("friction −0.02", |s| s.scenario.friction -= 0.02),
     physical("friction +0.02", |s| s.scenario.friction += 0.02),
     // The paper's two coefficients, 0.8 and 0.75.

@@ -24,7 +24,7 @@ const PUBLISHED_KPA: [f64; 6] = [60.0, 80.0, 100.0, 120.0, 140.0, 160.0];
 struct Sensitivity {
     /// What changes.
     change: &'static str,
-    /// Change of the tip angle at each of the pressures, percent; none where the section balloons.
+    /// Change of the tip angle at each of the pressures, percent; none where a section has no stable state.
     tip_angle_percent: Option<Vec<f64>>,
 }
 
@@ -42,7 +42,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// Tabulates the recipe that `load` reads. Pressures that are not asked for are the published ones.
+    /// Tabulates the recipe that `load` reads. Pressures that are not asked for are the published ones, or
+    /// the highest of a finger that ends below them.
     pub fn new(
         load: impl FnOnce() -> anyhow::Result<Recipe>,
         pressures_kpa: &[f64],
@@ -60,7 +61,7 @@ impl Report {
             );
         }
         let mut pressures_kpa = match pressures_kpa {
-            [] => PUBLISHED_KPA.into_iter().filter(|&p| p <= max).collect(),
+            [] => published_up_to(max),
             asked => asked.to_vec(),
         };
         pressures_kpa.sort_by(f64::total_cmp);
@@ -111,7 +112,7 @@ impl Report {
             "tip_mm": over(asked, |p| chain.tip_position_m(p).map(|m| number(1e3 * m))),
             "joint_angle_deg": over(asked, |p| angles(chain, p).map(number)),
             "torque_nmm": over(asked, |p| torques(chain, p).map(number)),
-            "lift_n": over(asked, |p| self.lift_n(p).map(number)),
+            "lift_n": over(asked, |p| self.lift_n(p).map(|lift| lift.map(number))),
             "place_mm": solved.map(|solved| -> Vec<f64> {
                 solved.arc_m.iter().map(|m| number(1e3 * m)).collect()
             }),
@@ -154,14 +155,19 @@ impl Report {
         (squares / differences.len().max(1) as f64).sqrt()
     }
 
-    /// Lift on sphere and cylinder, N, as the controller looks it up.
-    fn lift_n(&self, pressure_kpa: f64) -> [f64; 2] {
+    /// Lift on sphere and cylinder, N, as the controller looks it up; none where it is not known.
+    fn lift_n(&self, pressure_kpa: f64) -> [Option<f64>; 2] {
         let last = self.table.rows.len() - 1;
         let position = pressure_kpa / f64::from(self.table.max_pressure_kpa) * last as f64;
         let i = (position as usize).min(last - 1);
         let t = position - i as f64;
         let [low, high] = [i, i + 1].map(|i| self.table.rows[i].lift_n.map(f64::from));
-        std::array::from_fn(|k| low[k] + t * (high[k] - low[k]))
+        // The upper of two rows counts only if it has a share beyond rounding.
+        let needed = i + 1 + usize::from(t > 1e-3);
+        std::array::from_fn(|k| {
+            let known = needed <= usize::from(self.table.lift_rows[k]);
+            known.then(|| low[k] + t * (high[k] - low[k]))
+        })
     }
 
     /// The tip angle of the paper's own formulation (eqs. 1–16), degrees, or why there is none.
@@ -172,6 +178,17 @@ impl Report {
                 .map(|shape| shape.tip_angle_rad.to_degrees())
                 .map_err(|error| error.to_string()),
         )
+    }
+}
+
+/// The published pressures that a finger reaches, or its highest if it reaches none, kPa.
+fn published_up_to(max_kpa: f64) -> Vec<f64> {
+    match max_kpa < PUBLISHED_KPA[0] {
+        true => vec![max_kpa],
+        false => PUBLISHED_KPA
+            .into_iter()
+            .filter(|&p| p <= max_kpa)
+            .collect(),
     }
 }
 
@@ -238,9 +255,7 @@ fn sections(geometry: &mut Geometry, change: impl Fn(&mut finger::section::Secti
 
 fn stiffen(geometry: &mut Geometry, factor: f64) {
     geometry.youngs_modulus_pa *= factor;
-    for constant in &mut geometry.rubber.yeoh_pa {
-        *constant *= factor;
-    }
+    geometry.rubber = geometry.rubber.scaled(factor);
 }
 
 fn number(x: f64) -> f64 {

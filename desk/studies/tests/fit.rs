@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use finger::chain::Chain;
 use finger::geometry::Description;
-use studies::fit::data::{Noise, Quantity};
+use studies::fit::data::{self, Measurements, Noise, Quantity};
 use studies::fit::identify::Verdict;
 use studies::fit::parameter::Parameter;
 use studies::fit::{Fit, Request};
@@ -189,4 +189,55 @@ fn what_cannot_be_this_finger_is_refused() {
         assert!(message.contains(expected), "{message}");
         assert!(message.contains("measured.csv"), "{message}");
     }
+}
+
+#[test]
+fn measurements_as_people_take_them_are_read() {
+    let dir = temporary();
+    let read = |csv: &str| {
+        let file = put(&dir, "measured.csv", csv);
+        data::read(&file, 160.0, Noise::default()).expect("good measurements")
+    };
+    let values = |measured: &Measurements| -> Vec<(f64, f64)> {
+        let points = measured.points.iter();
+        points.map(|p| (p.pressure_kpa, p.value)).collect()
+    };
+    let columns = "pressure_kpa,tip_angle_deg\n";
+    let repeats = read(&format!(
+        "{columns}60,11.2\n60,11.8\n100,39\n100,41\n140,75\n"
+    ));
+    assert_eq!(values(&repeats)[..2], [(60.0, 11.2), (60.0, 11.8)]);
+    assert_eq!(repeats.hysteresis, []);
+    let sparse = read("pressure_kpa,strain_ue,tip_angle_deg\n40,700,\n60,2000,11.5\n80,4300,\n");
+    assert_eq!(sparse.points.len(), 4);
+    assert!(
+        sparse
+            .notes
+            .contains(&"tip_angle_deg: 2 empty, the first in line 2".into())
+    );
+    let zero = read(&format!("{columns}-0.2,-0.3\n60,11.5\n"));
+    assert_eq!(values(&zero), [(0.0, -0.3), (60.0, 11.5)]);
+    let german = read("pressure_kpa;tip_angle_deg\n60,0;11,5\n100,0;40,0\n");
+    assert_eq!(values(&german), [(60.0, 11.5), (100.0, 40.0)]);
+    assert!(german.notes.contains(&"decimal commas".into()));
+    let units = read("Pressure (bar),tip_angle_rad\n0.6,0\n1.0,3.141592653589793\n");
+    assert_eq!(values(&units), [(60.0, 0.0), (100.0, 180.0)]);
+    let unordered = read(&format!("{columns}100,40\n60,11\n140,75\n80,24\n120,57\n"));
+    assert_eq!(values(&unordered)[0], (60.0, 11.0));
+    assert_eq!(unordered.hysteresis, []);
+}
+
+#[test]
+fn unloading_over_loading_is_told_as_a_number() {
+    let csv = "pressure_kpa,tip_angle_deg\n60,11\n100,39\n140,75\n100,43\n80,28\n60,14\n";
+    let fit = fit(csv, Noise::default(), &[]).expect("fits");
+    let hysteresis = &fit.json()["hysteresis"][0];
+    // At 100 kPa it is 43 − 39, a nineteenth of 75; at 60 and, between 11 and 39, at 80 it is 3.
+    assert_eq!(hysteresis["most"], 4.0);
+    assert_eq!(hysteresis["pressure_kpa"], 100.0);
+    assert_eq!(hysteresis["percent"], 5.3333);
+    assert!(
+        fit.text()
+            .contains("unloading is +4.00 above loading at 100.0 kPa")
+    );
 }

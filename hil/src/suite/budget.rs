@@ -119,7 +119,7 @@ fn measure(image: &Image) -> anyhow::Result<BTreeMap<String, u64>> {
         ..Scenario::default()
     };
     let stack = image.stack()?;
-    let plant = Loop::new(&scenario, closed_loop::chain()?);
+    let plant = Loop::new(&scenario, closed_loop::fingers()?);
     let setup = Setup::new(image, Host::Reading);
     let ((_, used), record) = bench::run(&setup, (plant, 0), move |(plant, used), moment| {
         if moment.ms == 0 {

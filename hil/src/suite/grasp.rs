@@ -3,6 +3,7 @@
 use sim::gripper::Gripper;
 use sim::run::{self, Outcome as Physics, Run};
 use sim::scenario::{ObjectKind, Scenario};
+use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 
@@ -128,11 +129,14 @@ fn same_as_host(closed: &Closed, outcome: &mut Outcome) {
 }
 
 fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
-    let controller = run::controller(&FINGER, &Settings::default())?;
+    let settings = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER);
+    let controller = run::controller(&FINGER, &settings)?;
+    let (chain, grasp) = closed_loop::fingers()?;
     Ok(run::run(
         scenario,
         &Gripper::reference(),
-        closed_loop::chain()?,
+        chain,
+        grasp,
         controller,
         &[],
         |_| {},

@@ -33,7 +33,7 @@ pub fn while_holding(
     setup: &Setup<'_>,
     mut act: impl FnMut(&mut Loop, &mut Moment<'_>) -> anyhow::Result<()> + Send + 'static,
 ) -> anyhow::Result<(Incident, Record)> {
-    let plant = Loop::new(&Scenario::default(), closed_loop::chain()?);
+    let plant = Loop::new(&Scenario::default(), closed_loop::fingers()?);
     let state = (plant, None::<u64>, Incident::default());
     let ((_, held, incident), record) = bench::run(setup, state, move |state, moment| {
         let (plant, held, incident) = state;

@@ -9,6 +9,7 @@ use sim::scenario::ObjectKind;
 use sim::setup::Setup;
 use studies::capability;
 
+use super::output::outln;
 use super::{Output, in_parallel, load_recipe, object, progress_bar, within};
 
 #[derive(Args)]
@@ -16,9 +17,9 @@ pub struct CapabilityArgs {
     /// What is picked up.
     #[arg(long, default_value = "sphere", value_parser = object())]
     object: ObjectKind,
-    /// Pressure of the grip.
-    #[arg(long, value_name = "KPA", default_value = "140", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
-    pressure: f64,
+    /// Pressure of the grip [default: 140, or 7/8 of where the recipe ends].
+    #[arg(long, value_name = "KPA", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
+    pressure: Option<f64>,
     /// Friction coefficient between fingers and object at rest.
     #[arg(long, value_name = "MU", default_value = "0.8", allow_negative_numbers = true, value_parser = within(0.0, 2.0))]
     friction: f64,
@@ -39,7 +40,9 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
     let mut setup = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
     setup.scenario.object = args.object;
-    setup.scenario.pressure_kpa = args.pressure;
+    if let Some(pressure_kpa) = args.pressure {
+        setup.scenario.pressure_kpa = pressure_kpa;
+    }
     setup.scenario.friction = args.friction;
     let mut accels = args.accel.clone();
     accels.sort_by(f64::total_cmp);
@@ -55,13 +58,13 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
         files::write(dir, "capability.svg", chart.as_bytes())?;
     }
     if args.output.json {
-        println!("{json}");
+        outln!("{json}");
         return Ok(ExitCode::SUCCESS);
     }
     let grams = |kg: Option<f64>| kg.map_or("none".into(), |kg| format!("{:.0} g", 1e3 * kg));
-    println!("  m/s²  twin, whole cycle  statics, lift");
+    outln!("  m/s²  twin, whole cycle  statics, lift");
     for limit in &limits {
-        println!(
+        outln!(
             "{:6}  {:>17}  {:>13}",
             limit.accel_m_s2,
             grams(limit.twin_kg),
@@ -69,7 +72,7 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
         );
     }
     if let Some(dir) = out {
-        println!("chart: {}/capability.svg", dir.display());
+        outln!("chart: {}/capability.svg", dir.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -11,8 +11,8 @@ use evaluate::summary::Summary;
 use evaluate::{evaluation, latency, output, tables, words};
 use report::files;
 use sim::setup::Setup;
-use softgrip::settings::Settings;
 
+use super::output::{out, outln};
 use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
@@ -52,12 +52,13 @@ pub struct EvaluateArgs {
 pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
     let base = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    evaluation::check(&base)?;
     let options = Options {
         seed: args.seed,
         losses: args.losses,
         hours: args.hours,
         recordings: args.recordings.clone(),
-        settings: Settings::default(),
+        settings: base.settings(),
     };
     if let Some(dir) = &options.recordings {
         files::prepare(dir)?;
@@ -65,7 +66,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     if let Some(index) = args.only {
         for knowledge in KNOWLEDGE {
             for trial in latency::trials_of(&base, &options, knowledge, index)? {
-                println!("{}", words::line(&trial));
+                outln!("{}", words::line(&trial));
             }
             if let Some(dir) = out {
                 let trace = latency::trace(&base, &options, knowledge, index, args.noise)?;
@@ -86,21 +87,21 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         output::write(&evaluation, &summary, &options, dir)?;
     }
     if args.output.json {
-        println!("{}", serde_json::to_string(&summary)?);
+        outln!("{}", serde_json::to_string(&summary)?);
         return Ok(ExitCode::SUCCESS);
     }
     let trials = &evaluation.sample.trials;
-    print!("{}", words::wrong(trials));
+    out!("{}", words::wrong(trials));
     if args.slowest > 0 {
-        print!("{}", words::slowest(trials, args.slowest));
+        out!("{}", words::slowest(trials, args.slowest));
     }
-    print!("{}", words::alarms(&evaluation.tallies));
+    out!("{}", words::alarms(&evaluation.tallies));
     for table in tables::all(&summary) {
-        println!("{}", table.text());
+        outln!("{}", table.text());
     }
-    println!("{:.0} s", start.elapsed().as_secs_f64());
+    outln!("{:.0} s", start.elapsed().as_secs_f64());
     if let Some(dir) = out {
-        println!("report: {}/report.html", dir.display());
+        outln!("report: {}/report.html", dir.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -10,12 +10,16 @@ use studies::fit::data::Noise;
 use studies::fit::parameter::Parameter;
 use studies::fit::{Fit, Request};
 
+use super::output;
+use super::output::{out, outln};
 use super::within;
 
 #[derive(Args)]
 pub struct FitArgs {
-    /// What was measured on a free finger, with rising pressure: the columns pressure_kpa, and
-    /// tip_angle_deg or strain_ue or both.
+    /// What was measured on a free finger: the columns pressure_kpa, and tip_angle_deg or strain_ue or both.
+    ///
+    /// In any order, with repeats and empty cells; what was measured while unloading is told from the order, and
+    /// how far it lies from loading is printed. Separators, decimal commas and units are as for replay.
     #[arg(long, value_name = "FILE")]
     measured: PathBuf,
     /// The geometry recipe to start from [default: recipes/rtv225.toml].
@@ -61,15 +65,18 @@ pub fn run(args: &FitArgs) -> anyhow::Result<ExitCode> {
         },
         known: &args.known,
     })?;
+    for note in fit.notes() {
+        output::note(format_args!("{}: {note}", args.measured.display()));
+    }
     let picture = fit.picture()?;
     files::write(&args.out, "fitted.toml", fit.toml().as_bytes())?;
     files::write(&args.out, "fit.svg", picture.as_bytes())?;
     if args.json {
-        println!("{}", fit.json());
+        outln!("{}", fit.json());
     } else {
-        print!("{}", fit.text());
+        out!("{}", fit.text());
         let dir = args.out.display();
-        println!("\nrecipe and picture: {dir}/fitted.toml, {dir}/fit.svg");
+        outln!("\nrecipe and picture: {dir}/fitted.toml, {dir}/fit.svg");
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -10,6 +10,7 @@ use studies::gauge::judge::Floor;
 use studies::gauge::record::{HELD_ACCELS_M_S2, Wanted};
 use studies::gauge::{self, chart};
 
+use super::output::{out, outln};
 use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
@@ -61,12 +62,12 @@ pub fn run(args: &GaugeArgs) -> anyhow::Result<ExitCode> {
         files::write(dir, "gauge.svg", chart.as_bytes())?;
     }
     if args.output.json {
-        println!("{}", study.json());
+        outln!("{}", study.json());
         return Ok(ExitCode::SUCCESS);
     }
-    print!("{}", study.text());
+    out!("{}", study.text());
     if let Some(dir) = out {
-        println!("chart: {}/gauge.svg", dir.display());
+        outln!("chart: {}/gauge.svg", dir.display());
     }
     Ok(ExitCode::SUCCESS)
 }

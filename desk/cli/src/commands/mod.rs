@@ -4,6 +4,7 @@ pub mod capability;
 pub mod evaluate;
 pub mod fit;
 pub mod gauge;
+pub mod output;
 pub mod replay;
 pub mod section;
 pub mod sim;

@@ -3,17 +3,25 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::{Args, ValueEnum};
 use report::json;
 use sim::{replay, run, trace};
+use softgrip::frontend::FrontEnd;
 use softgrip::settings::{GaugeSense, Settings};
 
-use super::load_recipe;
+use super::output::outln;
+use super::{load_recipe, output};
 
 #[derive(Args)]
 pub struct ReplayArgs {
-    /// The trace, with the columns t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa at
-    /// 100 Hz to 10 kHz.
+    /// The trace, with the columns t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa, at 100 Hz
+    /// to 10 kHz.
+    ///
+    /// Slower ones tell less; below 10 Hz they are refused. Columns may be separated by commas, semicolons, tabs
+    /// or blanks, decimals by a comma; names may state other units, as in time_ms or pressure_bar, or a row below
+    /// them. A set-point that was read back with noise or logged as a ramp is taken for the commands behind it.
+    /// What is not plain is said on standard error.
     trace: PathBuf,
     /// The finger that it was recorded with.
     #[arg(long, value_name = "FILE")]
@@ -34,22 +42,41 @@ enum Gauge {
     Contact,
 }
 
+/// Between rows of less than 100 Hz, s.
+const SLOW_S: f64 = 0.0105;
+/// How long a command that is late by a row lets the pressure deviate: a ramp of 160 kPa at 400 kPa/s.
+const SLOW_FOLLOWING_MS: f32 = 400.0;
+
 pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
-    let rows = trace::read(&args.trace)?;
-    let recipe = load_recipe(args.recipe.as_deref())?;
-    let settings = Settings {
-        gauge_sense: match args.gauge {
-            Gauge::Bend => GaugeSense::Bend,
-            Gauge::Contact => GaugeSense::Contact,
-        },
-        ..Settings::default()
+    let trace = trace::read(&args.trace)?;
+    let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
+    let gauge_sense = match args.gauge {
+        Gauge::Bend => GaugeSense::Bend,
+        Gauge::Contact => GaugeSense::Contact,
     };
-    let controller = run::controller(run::table_of(&recipe)?, &settings)?;
-    for event in replay::replay(&rows, controller) {
+    let file = args.trace.display();
+    let odd = trace::check(&trace, table, gauge_sense).with_context(|| format!("{file}"))?;
+    for note in trace.notes.iter().chain(&odd) {
+        output::note(format_args!("{file}: {note}"));
+    }
+    let mut settings = Settings {
+        gauge_sense,
+        ..Settings::for_finger(&FrontEnd::REFERENCE, table)
+    };
+    if let Some(slew) = trace.slew_kpa_per_s {
+        settings.slew_kpa_per_s = slew as f32;
+    }
+    // The command came at any time since the row before, and the pressure leads the model by as much.
+    if trace.interval_s > SLOW_S {
+        settings.not_following_ms += SLOW_FOLLOWING_MS;
+        settings.air_loss_kpa += settings.slew_kpa_per_s * trace.interval_s as f32;
+    }
+    let controller = run::controller(table, &settings)?;
+    for event in replay::replay(&trace, controller) {
         if args.json {
-            println!("{}", json::event(&event));
+            outln!("{}", json::event(&event));
         } else {
-            println!("{:9.3} s  {}", event.t_s, event.words());
+            outln!("{:9.3} s  {}", event.t_s, event.words());
         }
     }
     Ok(ExitCode::SUCCESS)

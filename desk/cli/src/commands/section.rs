@@ -5,9 +5,11 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::Args;
 use finger::hyperelastic::Rubber;
+use finger::material::Constants;
 use finger::section::Section;
 use studies::section::Report;
 
+use super::output::{out, outln};
 use super::within;
 
 #[derive(Args)]
@@ -28,11 +30,20 @@ pub struct SectionArgs {
     #[arg(long, value_name = "KPA", required = true, value_delimiter = ',', allow_negative_numbers = true, value_parser = within(0.0, 1000.0))]
     pressure: Vec<f64>,
     /// Young's modulus of a neo-Hookean rubber, which is good for small pressures only.
-    #[arg(long, value_name = "KPA", allow_negative_numbers = true, conflicts_with = "yeoh", value_parser = within(10.0, 100_000.0))]
+    #[arg(long, value_name = "KPA", allow_negative_numbers = true, group = "rubber", value_parser = within(10.0, 100_000.0))]
     youngs_modulus: Option<f64>,
-    /// Yeoh's constants, MPa [default: the paper's].
-    #[arg(long, value_name = "C1,C2,C3", default_value = "0.1,0.02,0.0002", hide_default_value = true, allow_hyphen_values = true, value_parser = constants)]
-    yeoh: Constants,
+    /// Yeoh's constants, MPa; the last one or two may be left out [default: the paper's].
+    #[arg(long, value_name = "C1,C2,C3", group = "rubber", allow_hyphen_values = true, value_parser = numbers)]
+    yeoh: Option<Numbers>,
+    /// Mooney's and Rivlin's constants, MPa.
+    #[arg(long, value_name = "C10,C01", group = "rubber", allow_hyphen_values = true, value_parser = numbers)]
+    mooney_rivlin: Option<Numbers>,
+    /// Ogden's constants, MPa, of Σ μ/α (λ₁^α + λ₂^α + λ₃^α − 3), as Ogden and Holzapfel write it.
+    #[arg(long, value_name = "μ,α,…", group = "rubber", allow_hyphen_values = true, value_parser = numbers)]
+    ogden: Option<Numbers>,
+    /// Ogden's constants, MPa, of Σ 2μ/α² (λ₁^α + λ₂^α + λ₃^α − 3), as in Abaqus.
+    #[arg(long, value_name = "μ,α,…", group = "rubber", allow_hyphen_values = true, value_parser = numbers)]
+    ogden_abaqus: Option<Numbers>,
     /// Solve the highest pressure on several meshes too.
     #[arg(long)]
     mesh_study: bool,
@@ -41,8 +52,54 @@ pub struct SectionArgs {
     json: bool,
 }
 
-/// Yeoh's constants, MPa.
-type Constants = [f64; 3];
+/// Numbers separated by commas. Not a plain `Vec`, which clap takes for several values.
+#[derive(Clone)]
+struct Numbers(Vec<f64>);
+
+impl SectionArgs {
+    /// The rubber, and the option that tells it.
+    fn rubber(&self) -> anyhow::Result<(Rubber, &'static str)> {
+        let (option, constants) = match self {
+            Self {
+                youngs_modulus: Some(kpa),
+                ..
+            } => return Ok((Rubber::from_youngs_modulus(1e3 * kpa), "--youngs-modulus")),
+            Self { yeoh: Some(c), .. } => ("--yeoh", Constants::Yeoh(c.0.clone())),
+            Self {
+                mooney_rivlin: Some(c),
+                ..
+            } => {
+                let [c10, c01] = c.0[..] else {
+                    anyhow::bail!("--mooney-rivlin: must be two numbers, C10 and C01");
+                };
+                ("--mooney-rivlin", Constants::MooneyRivlin([c10, c01]))
+            }
+            Self { ogden: Some(c), .. } => ("--ogden", Constants::Ogden(c.pairs("--ogden")?)),
+            Self {
+                ogden_abaqus: Some(c),
+                ..
+            } => {
+                let pairs = c.pairs("--ogden-abaqus")?;
+                ("--ogden-abaqus", Constants::OgdenAbaqus(pairs))
+            }
+            // The paper's, section 3.1.
+            _ => ("--yeoh", Constants::Yeoh(vec![0.1, 0.02, 0.0002])),
+        };
+        Ok((constants.rubber(option)?, option))
+    }
+}
+
+impl Numbers {
+    fn pairs(&self, option: &str) -> anyhow::Result<Vec<[f64; 2]>> {
+        let (pairs, rest) = self.0.as_chunks::<2>();
+        anyhow::ensure!(
+            rest.is_empty(),
+            "{option}: must be pairs of μ and α, not {} numbers",
+            self.0.len()
+        );
+        Ok(pairs.to_vec())
+    }
+}
 
 pub fn run(args: &SectionArgs) -> anyhow::Result<ExitCode> {
     let section = Section {
@@ -51,28 +108,23 @@ pub fn run(args: &SectionArgs) -> anyhow::Result<ExitCode> {
         bore_offset_m: 1e-3 * args.bore_offset,
         flat_half_angle_rad: args.alpha.to_radians(),
     };
-    let rubber = match args.youngs_modulus {
-        Some(kpa) => Rubber::from_youngs_modulus(1e3 * kpa),
-        None => Rubber::incompressible(args.yeoh.map(|mpa| 1e6 * mpa)),
-    };
-    let report = Report::new(section, rubber, &args.pressure, args.mesh_study)?;
+    let (rubber, constants) = args.rubber()?;
+    let report = Report::new(section, rubber, constants, &args.pressure, args.mesh_study)?;
     if args.json {
-        println!("{}", report.json());
+        outln!("{}", report.json());
     } else {
-        print!("{}", report.text());
+        out!("{}", report.text());
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Within what a recipe may have.
-fn constants(text: &str) -> anyhow::Result<Constants> {
-    let ranges = [(0.001, 1.0), (-1.0, 1.0), (0.0, 1.0)];
-    let parts: Vec<&str> = text.split(',').collect();
-    let parts: [&str; 3] = parts.try_into().ok().context("must be three numbers")?;
-    let mut constants = [0.0; 3];
-    for (i, (min, max)) in ranges.into_iter().enumerate() {
-        constants[i] =
-            within(min, max)(parts[i]).map_err(|error| anyhow::anyhow!("C{}: {error}", i + 1))?;
-    }
-    Ok(constants)
+fn numbers(text: &str) -> anyhow::Result<Numbers> {
+    let number = |part: &str| {
+        let number = part.trim().parse();
+        number.with_context(|| format!("{part:?}: must be a number"))
+    };
+    text.split(',')
+        .map(number)
+        .collect::<anyhow::Result<_>>()
+        .map(Numbers)
 }

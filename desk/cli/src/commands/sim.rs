@@ -12,6 +12,8 @@ use sim::scenario::{ObjectKind, Scenario};
 use sim::setup::Setup;
 use sim::trace;
 
+use super::output;
+use super::output::outln;
 use super::{Output, load_recipe, object, within};
 
 #[derive(Args, Default)]
@@ -25,7 +27,7 @@ pub struct SimArgs {
     /// Greatest acceleration of the arm [default: 5, and then 10, if no other option says what to do].
     #[arg(long, value_name = "M_S2", allow_negative_numbers = true, value_parser = within(0.1, 50.0))]
     accel: Option<f64>,
-    /// Pressure of the grip.
+    /// Pressure of the grip [default: 140, or 7/8 of where the recipe ends].
     #[arg(long, value_name = "KPA", allow_negative_numbers = true, value_parser = within(1.0, 160.0))]
     pressure: Option<f64>,
     /// Friction coefficient between fingers and object.
@@ -52,25 +54,25 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     let mut setup = Setup::of(&recipe)?;
     setup.faults = args.fault.clone();
     let mut runs = Vec::new();
-    for scenario in scenarios(args) {
+    for scenario in scenarios(args, setup.scenario) {
         let bar = progress_bar(&scenario);
         setup.scenario = scenario;
         let run = setup.run(|share| bar.set_position((100.0 * share) as u64))?;
         bar.finish_and_clear();
         if args.output.json {
-            println!("{}", json::run(&run));
+            outln!("{}", json::run(&run));
         } else {
-            println!("{}", words::timeline(&run));
+            outln!("{}", words::timeline(&run));
         }
         runs.push(run);
     }
     if let Some(dir) = out {
         files::write(dir, "trace.csv", &trace::of_runs(&runs)?)?;
         files::write(dir, "trace.svg", plot::grasp(&runs)?.as_bytes())?;
-        let film = side_view::film(&recipe.chain, &runs);
+        let film = side_view::film(&setup.grasp, &runs);
         files::write(dir, "grasp.svg", film.as_bytes())?;
         if !args.output.json {
-            println!(
+            outln!(
                 "pictures and trace: {0}/trace.svg, {0}/grasp.svg, {0}/trace.csv",
                 dir.display()
             );
@@ -78,7 +80,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     }
     let mistakes: Vec<String> = runs.iter().filter_map(Run::mistake).collect();
     for mistake in &mistakes {
-        eprintln!("softgrip: {mistake}");
+        output::note(format_args!("{mistake}"));
     }
     Ok(ExitCode::from(u8::from(!mistakes.is_empty())))
 }
@@ -91,8 +93,7 @@ fn fault_help() -> String {
 }
 
 /// One scenario; without any word on what to do, the two that show what this is about.
-fn scenarios(args: &SimArgs) -> Vec<Scenario> {
-    let default = Scenario::default();
+fn scenarios(args: &SimArgs, default: Scenario) -> Vec<Scenario> {
     let scenario = Scenario {
         object: args.object.unwrap_or(default.object),
         mass_kg: args.mass.unwrap_or(default.mass_kg),

@@ -10,6 +10,8 @@ use serde_json::Value;
 use studies::paper;
 use studies::study::{self, Case, page};
 
+use super::output;
+use super::output::outln;
 use super::{Output, in_parallel, load_recipe, progress_bar};
 
 #[derive(Args)]
@@ -61,20 +63,20 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
     }
     bar.finish_and_clear();
     if args.output.json {
-        println!("{list}");
+        outln!("{list}");
     } else {
         for case in &cases {
-            println!("{}", line(case));
+            outln!("{}", line(case));
         }
         let stated = cases.iter().filter(|case| case.agrees().is_some()).count();
         let agreeing = cases
             .iter()
             .filter(|case| case.agrees() == Some(true))
             .count();
-        println!("{agreeing} of {stated} stated outcomes; {programme} runs in {took:.1} s");
+        outln!("{agreeing} of {stated} stated outcomes; {programme} runs in {took:.1} s");
     }
     if let (Some(dir), false) = (out, args.output.json) {
-        println!("report: {}/report.html", dir.display());
+        outln!("report: {}/report.html", dir.display());
     }
     let mistakes: Vec<String> = cases
         .iter()
@@ -87,7 +89,7 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
         })
         .collect();
     for mistake in &mistakes {
-        eprintln!("softgrip: {mistake}");
+        output::note(format_args!("{mistake}"));
     }
     Ok(ExitCode::from(u8::from(!mistakes.is_empty())))
 }

@@ -11,6 +11,8 @@ use studies::sweep::shard::Shard;
 use studies::sweep::spec::Spec;
 use studies::sweep::{self, columns, parquet};
 
+use super::output;
+use super::output::outln;
 use super::{in_parallel, load_recipe, progress_bar};
 
 #[derive(Args)]
@@ -68,7 +70,9 @@ fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     let columns = columns::columns(spec);
     let mut results = Results::open(&args.out, &about, &columns)?;
     if results.torn {
-        eprintln!("softgrip: {CSV}: dropped half a row that a killed sweep left");
+        output::note(format_args!(
+            "{CSV}: dropped half a row that a killed sweep left"
+        ));
     }
     let (all, before) = (args.shard.len(spec.runs), results.finished);
     let bar = progress_bar(all, "runs");
@@ -78,7 +82,7 @@ fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     })??;
     bar.finish_and_clear();
     parquet::write(&args.out, &columns)?;
-    println!(
+    outln!(
         "{all} runs, {} of them new: {1}/{CSV}, {1}/results.parquet",
         all - before,
         args.out.display()
@@ -90,7 +94,7 @@ fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     files::prepare(&args.out)?;
     let columns = results::merge(&args.parts, &args.out)?;
     parquet::write(&args.out, &columns)?;
-    println!(
+    outln!(
         "{} parts joined: {1}/{CSV}, {1}/results.parquet",
         args.parts.len(),
         args.out.display()

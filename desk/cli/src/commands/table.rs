@@ -8,6 +8,7 @@ use report::files;
 use studies::table::Report;
 
 use super::load_recipe;
+use super::output::{out, outln};
 
 #[derive(Args)]
 pub struct TableArgs {
@@ -31,9 +32,9 @@ pub fn run(args: &TableArgs) -> anyhow::Result<ExitCode> {
     }
     let report = Report::new(|| load_recipe(args.recipe.as_deref()), &args.pressure)?;
     if args.json {
-        println!("{}", report.json());
+        outln!("{}", report.json());
     } else {
-        print!("{}", report.text());
+        out!("{}", report.text());
     }
     if let Some(dir) = &args.out {
         for (name, svg) in report.pictures()? {

@@ -4,9 +4,14 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 use finger::chain::Chain;
+use sim::csv_dialect::{self, Wanted};
 
 /// Below this pressure, kPa, a free finger hardly bends: measurements there alone say nothing.
 const TELLING_KPA: f64 = 20.0;
+/// A pressure that is read as zero may be below it by this, kPa: 1 % of a regulator's 200 kPa, and no more.
+const ZERO_KPA: f64 = 2.0;
+/// A zero may be below it by so many standard deviations of its noise: a photograph's reference is off too.
+const ZERO_SIGMAS: f64 = 6.0;
 
 /// A quantity of the free finger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,61 +107,85 @@ pub struct Point {
     pub value: f64,
 }
 
-/// Reads and checks measurements up to the recipe's highest pressure, kPa.
-pub fn read(path: &Path, max_pressure_kpa: f64) -> anyhow::Result<Vec<Point>> {
-    let file = std::fs::File::open(path).with_context(|| format!("{}", path.display()))?;
-    parse(file, max_pressure_kpa).with_context(|| format!("{}", path.display()))
+/// What was measured, and what there is to say about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurements {
+    /// By rising pressure; there may be several at one.
+    pub points: Vec<Point>,
+    /// Of each quantity that was measured while unloading too.
+    pub hysteresis: Vec<Hysteresis>,
+    /// What was understood that is not plain, for a person.
+    pub notes: Vec<String>,
 }
 
-fn parse(input: impl std::io::Read, max_pressure_kpa: f64) -> anyhow::Result<Vec<Point>> {
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(input);
-    let header = reader.headers()?.clone();
-    let place = |column: &str| header.iter().position(|name| name == column);
-    let expected = "the header must name pressure_kpa, and tip_angle_deg or strain_ue or both";
-    let at_pressure = place("pressure_kpa")
-        .with_context(|| format!("line 1: no column pressure_kpa; {expected}"))?;
-    let columns: Vec<(Quantity, usize)> = Quantity::ALL
-        .into_iter()
-        .filter_map(|quantity| Some((quantity, place(quantity.column())?)))
-        .collect();
+/// How far unloading lies above loading, where that is most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hysteresis {
+    /// Of what.
+    pub quantity: Quantity,
+    /// The difference, in the unit of the quantity's column.
+    pub most: f64,
+    /// Where, kPa.
+    pub pressure_kpa: f64,
+    /// In percent of the largest value.
+    pub percent: f64,
+}
+
+/// Reads and checks measurements up to the recipe's highest pressure, kPa.
+pub fn read(path: &Path, max_pressure_kpa: f64, noise: Noise) -> anyhow::Result<Measurements> {
+    let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
+    parse(&bytes, max_pressure_kpa, noise).with_context(|| format!("{}", path.display()))
+}
+
+fn parse(bytes: &[u8], max_pressure_kpa: f64, noise: Noise) -> anyhow::Result<Measurements> {
+    let wanted = |name, quantity, required| Wanted {
+        name,
+        quantity,
+        required,
+    };
+    let table = csv_dialect::parse(
+        bytes,
+        &[
+            wanted("pressure_kpa", csv_dialect::Quantity::Pressure, true),
+            wanted("tip_angle_deg", csv_dialect::Quantity::Angle, false),
+            wanted("strain_ue", csv_dialect::Quantity::Strain, false),
+        ],
+    )?;
     ensure!(
-        !columns.is_empty(),
-        "line 1: no column tip_angle_deg or strain_ue; {expected}"
+        table.names[1..].iter().any(Option::is_some),
+        "no column tip_angle_deg or strain_ue; the header must name pressure_kpa, and tip_angle_deg or strain_ue or both"
     );
     let mut points: Vec<Point> = Vec::new();
-    for record in reader.records() {
-        let record = record?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let number = |place: usize, max: f64, limit: &str| {
-            let (column, text) = (&header[place], &record[place]);
-            let value: f64 = text
-                .parse()
-                .ok()
-                .filter(|value: &f64| value.is_finite())
-                .with_context(|| {
-                    format!("line {line}: {column} = {text:?}: must be a finite number")
-                })?;
+    for row in &table.rows {
+        let line = row.line;
+        let within = |column: &str, value: f64, least: f64, most: f64, limit: &str| {
             ensure!(
-                (0.0..=max).contains(&value),
-                "line {line}: {column} = {value}: must lie within 0 and {max}{limit}"
+                (least..=most).contains(&value),
+                "line {line}: {column} = {value}: must lie within 0 and {most}{limit}"
             );
             Ok(value)
         };
-        let limit = ", the recipe's max_pressure_kpa";
-        let pressure_kpa = number(at_pressure, max_pressure_kpa, limit)?;
-        if let Some(before) = points.last().map(|point| point.pressure_kpa) {
-            ensure!(
-                pressure_kpa > before,
-                "line {line}: pressure_kpa = {pressure_kpa}: pressure must rise, and the row before is at {before}"
-            );
+        if row.cells[1..].iter().all(Option::is_none) {
+            continue;
         }
-        for &(quantity, place) in &columns {
+        let pressure =
+            row.cells[0].with_context(|| format!("line {line}: pressure_kpa is empty"))?;
+        let limit = ", the recipe's max_pressure_kpa";
+        let pressure = within("pressure_kpa", pressure, -ZERO_KPA, max_pressure_kpa, limit)?;
+        let pressure_kpa = pressure.max(0.0);
+        for (quantity, cell) in Quantity::ALL.into_iter().zip(&row.cells[1..]) {
+            let Some(value) = *cell else {
+                continue;
+            };
+            // Where the finger hardly bends, noise may take it below zero.
+            let least = match pressure_kpa < TELLING_KPA {
+                true => -ZERO_SIGMAS * noise.of(quantity),
+                false => 0.0,
+            };
             points.push(Point {
                 pressure_kpa,
                 quantity,
-                value: number(place, quantity.largest(), "")?,
+                value: within(quantity.column(), value, least, quantity.largest(), "")?,
             });
         }
     }
@@ -164,7 +193,78 @@ fn parse(input: impl std::io::Read, max_pressure_kpa: f64) -> anyhow::Result<Vec
         points.iter().any(|point| point.pressure_kpa >= TELLING_KPA),
         "no row at {TELLING_KPA} kPa or more: a free finger hardly bends below"
     );
-    Ok(points)
+    let hysteresis = Quantity::ALL
+        .into_iter()
+        .filter_map(|quantity| hysteresis(&points, quantity))
+        .collect();
+    points.sort_by(|a, b| a.pressure_kpa.total_cmp(&b.pressure_kpa));
+    Ok(Measurements {
+        points,
+        hysteresis,
+        notes: table.notes,
+    })
+}
+
+/// From points in the order in which they were measured.
+fn hysteresis(points: &[Point], quantity: Quantity) -> Option<Hysteresis> {
+    let points: Vec<&Point> = points.iter().filter(|p| p.quantity == quantity).collect();
+    let mut branches: [Vec<(f64, f64)>; 2] = Default::default();
+    let (mut falls, mut turns) = (false, 0);
+    for (i, point) in points.iter().enumerate() {
+        let before = points[..i].iter().rev();
+        let mut before = before
+            .map(|p| p.pressure_kpa)
+            .filter(|kpa| *kpa != point.pressure_kpa);
+        let fell = before.next().is_some_and(|kpa| kpa > point.pressure_kpa);
+        if fell != falls {
+            turns += 1;
+            if fell && i > 0 {
+                // Unloading begins at the last of loading.
+                branches[1].push((points[i - 1].pressure_kpa, points[i - 1].value));
+            }
+        }
+        falls = fell;
+        branches[usize::from(falls)].push((point.pressure_kpa, point.value));
+    }
+    // Points in no order are on no branch.
+    if turns == 0 || turns > points.len() / 3 {
+        return None;
+    }
+    let [loading, unloading] = branches.map(curve);
+    let largest = points.iter().map(|p| p.value).fold(0.0, f64::max);
+    unloading
+        .iter()
+        .filter_map(|&(kpa, value)| Some((kpa, value - at(&loading, kpa)?)))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        .map(|(pressure_kpa, most)| Hysteresis {
+            quantity,
+            most,
+            pressure_kpa,
+            percent: 100.0 * most / largest,
+        })
+}
+
+/// By rising pressure, with the mean of repeats.
+fn curve(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let repeats = points.chunk_by(|a, b| a.0 == b.0);
+    let mean = |same: &[(f64, f64)]| {
+        let sum: f64 = same.iter().map(|point| point.1).sum();
+        (same[0].0, sum / same.len() as f64)
+    };
+    repeats.map(mean).collect()
+}
+
+/// The curve's value between its ends.
+fn at(curve: &[(f64, f64)], kpa: f64) -> Option<f64> {
+    if let Some((_, value)) = curve.iter().find(|point| point.0 == kpa) {
+        return Some(*value);
+    }
+    let next = curve
+        .windows(2)
+        .find(|pair| (pair[0].0..pair[1].0).contains(&kpa))?;
+    let [(a, low), (b, high)] = [next[0], next[1]];
+    Some(low + (kpa - a) / (b - a) * (high - low))
 }
 
 #[cfg(test)]
@@ -174,7 +274,9 @@ mod tests {
     #[test]
     fn both_quantities_may_stand_in_any_order_among_others() {
         let text = "note,strain_ue,pressure_kpa,tip_angle_deg\nx,2000,60,11.5\ny,4300,80,24\n";
-        let points = parse(text.as_bytes(), 160.0).expect("good measurements");
+        let points = parse(text.as_bytes(), 160.0, Noise::default())
+            .expect("good measurements")
+            .points;
         let angle = Point {
             pressure_kpa: 80.0,
             quantity: Quantity::TipAngle,
@@ -194,7 +296,7 @@ mod tests {
             ("", "line 1: no column pressure_kpa; the header must name"),
             (
                 "pressure_kpa,angle\n60,11\n",
-                "line 1: no column tip_angle_deg or strain_ue",
+                "no column tip_angle_deg or strain_ue",
             ),
             (
                 "pressure_kpa,tip_angle_deg\n60,NaN\n",
@@ -202,11 +304,15 @@ mod tests {
             ),
             (
                 "pressure_kpa,tip_angle_deg\n60,\n",
-                "line 2: tip_angle_deg = \"\"",
+                "no row at 20 kPa or more",
             ),
             (
-                "pressure_kpa,tip_angle_deg\n60,11\n60,12\n",
-                "line 3: pressure_kpa = 60: pressure must rise, and the row before is at 60",
+                "pressure_kpa,tip_angle_deg\n,11\n60,12\n",
+                "line 2: pressure_kpa is empty",
+            ),
+            (
+                "pressure_kpa,tip_angle_deg\n0,-4\n60,12\n",
+                "line 2: tip_angle_deg = -4: must lie within 0 and 360",
             ),
             (
                 "pressure_kpa,tip_angle_deg\n60,-11\n",
@@ -225,9 +331,10 @@ mod tests {
                 "pressure_kpa,tip_angle_deg\n10,0.1\n",
                 "no row at 20 kPa or more",
             ),
-            ("pressure_kpa,tip_angle_deg\n60\n", "line: 2"),
+            ("pressure_kpa,tip_angle_deg\n60\n70,12\n", "line 2: 1 cells"),
         ] {
-            let error = parse(text.as_bytes(), 160.0).expect_err("bad measurements");
+            let error =
+                parse(text.as_bytes(), 160.0, Noise::default()).expect_err("bad measurements");
             let message = format!("{error:#}");
             assert!(message.contains(expected), "{message}");
         }

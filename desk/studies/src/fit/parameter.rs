@@ -13,7 +13,8 @@ pub enum Parameter {
     BoreRadius,
     /// The bore's offset at every station, together.
     BoreOffset,
-    /// Yeoh's C1, and with it Young's modulus: at small strain they are one, `E = 6 C1`.
+    /// Young's modulus, and with it what tells it of the strain energy: Yeoh's C1, for `E = 6 C1`, both of
+    /// Mooney's and Rivlin's constants, all of Ogden's μ.
     Stiffness,
     /// Yeoh's C2, if the recipe has it.
     Hardening,
@@ -70,7 +71,8 @@ impl Parameter {
 
     /// Whether the recipe has what it changes.
     pub fn is_in(self, recipe: &DocumentMut) -> bool {
-        self != Self::Hardening || recipe["rubber"].get("yeoh_mpa").is_some()
+        let constants = recipe["rubber"].get("yeoh_mpa").and_then(Item::as_array);
+        self != Self::Hardening || constants.is_some_and(|array| array.len() > 1)
     }
 
     /// Changes a recipe that has been checked by so many steps.
@@ -83,10 +85,18 @@ impl Parameter {
             Self::BoreRadius => each_station(recipe, "bore_radius_mm", add),
             Self::BoreOffset => each_station(recipe, "bore_offset_mm", add),
             Self::Stiffness => {
-                change(&mut recipe["rubber"]["youngs_modulus_kpa"], scale);
-                yeoh(recipe, 0, scale);
+                if let Some(modulus) = recipe["rubber"].get_mut("youngs_modulus_kpa") {
+                    change(modulus, scale);
+                }
+                constant(recipe, "yeoh_mpa", 0, scale);
+                for index in 0..2 {
+                    constant(recipe, "mooney_rivlin_mpa", index, scale);
+                }
+                for key in ["ogden", "ogden_abaqus"] {
+                    each_mu(recipe, key, scale);
+                }
             }
-            Self::Hardening => yeoh(recipe, 1, scale),
+            Self::Hardening => constant(recipe, "yeoh_mpa", 1, scale),
             Self::RootLength => change(&mut recipe["root"]["free_length_mm"], add),
             Self::GaugeDistance => change(&mut recipe["gauge"]["distance_mm"], add),
         }
@@ -109,13 +119,24 @@ fn each_station(recipe: &mut DocumentMut, key: &str, to: impl Fn(f64) -> f64) {
     }
 }
 
-fn yeoh(recipe: &mut DocumentMut, index: usize, to: impl Fn(f64) -> f64) {
-    let constants = recipe["rubber"].get_mut("yeoh_mpa");
+/// One constant of the rubber, if the recipe has it.
+fn constant(recipe: &mut DocumentMut, key: &str, index: usize, to: impl Fn(f64) -> f64) {
+    let constants = recipe["rubber"].get_mut(key);
     if let Some(value) = constants
         .and_then(Item::as_array_mut)
         .and_then(|array| array.get_mut(index))
     {
         change_value(value, to);
+    }
+}
+
+/// The first of every pair of the rubber's constants, if the recipe has them.
+fn each_mu(recipe: &mut DocumentMut, key: &str, to: impl Fn(f64) -> f64) {
+    let pairs = recipe["rubber"].get_mut(key).and_then(Item::as_array_mut);
+    for pair in pairs.into_iter().flat_map(|array| array.iter_mut()) {
+        if let Some(mu) = pair.as_array_mut().and_then(|pair| pair.get_mut(0)) {
+            change_value(mu, &to);
+        }
     }
 }
 

@@ -47,6 +47,7 @@ impl Problem<'_> {
         let mut pressures: Vec<f64> = self.points.iter().map(|p| p.pressure_kpa).collect();
         // Without pressure nothing bends, which the chain knows by itself.
         pressures.retain(|kpa| *kpa > 0.0);
+        pressures.sort_by(f64::total_cmp);
         pressures.dedup();
         let chain = geometry.chain_through(&pressures)?;
         let residual = |point: &Point| {

@@ -77,7 +77,20 @@ impl Fit {
                  measurements are worse than stated."
             );
         }
-        for note in self.notes() {
+        for hysteresis in &self.hysteresis {
+            let quantity = hysteresis.quantity;
+            let _ = writeln!(
+                out,
+                "hysteresis of the {}: unloading is {:+.*} above loading at {:.1} kPa, {:+.1} % of the largest; the \
+                 fit goes between them",
+                quantity.name(),
+                quantity.decimals(),
+                hysteresis.most,
+                hysteresis.pressure_kpa,
+                hysteresis.percent
+            );
+        }
+        for note in self.warnings() {
             let _ = writeln!(out, "{note}");
         }
         out
@@ -159,7 +172,7 @@ impl Fit {
     }
 
     /// What a reader could get wrong.
-    fn notes(&self) -> Vec<&'static str> {
+    fn warnings(&self) -> Vec<&'static str> {
         let fits = |parameter| self.changes.iter().any(|c| c.parameter == parameter);
         let alone = self.of(Quantity::TipAngle).next().is_none();
         let mut notes = vec![
@@ -216,6 +229,14 @@ impl Fit {
                 "after": model(&self.fitted),
             })
         });
+        let hysteresis = self.hysteresis.iter().map(|hysteresis| {
+            json!({
+                "quantity": hysteresis.quantity.column(),
+                "most": number(hysteresis.most),
+                "pressure_kpa": hysteresis.pressure_kpa,
+                "percent": number(hysteresis.percent),
+            })
+        });
         let correlation = identified.correlation.row_iter();
         let singular = identified.singular_values.iter();
         json!({
@@ -229,6 +250,7 @@ impl Fit {
             "singular_values": singular.map(|x| number(*x)).collect::<Vec<_>>(),
             "changes": changes.collect::<Vec<_>>(),
             "points": points.collect::<Vec<_>>(),
+            "hysteresis": hysteresis.collect::<Vec<_>>(),
             "misfit_before": number(self.misfit(&self.start)),
             "misfit_after": number(self.misfit(&self.fitted)),
         })

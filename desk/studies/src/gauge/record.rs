@@ -7,7 +7,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sim::arm::Phase;
-use sim::plant::Plant;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
 use softgrip::frontend::FrontEnd;
@@ -147,7 +146,7 @@ fn draw(setup: &Setup, seed: u64, stream: u64, accel_m_s2: Option<f64>) -> Setup
 /// depend on what is made of it.
 fn run(setup: &Setup) -> anyhow::Result<Record> {
     setup.check()?;
-    let mut plant = Plant::new(&setup.scenario, &setup.gripper, &setup.chain);
+    let mut plant = setup.plant();
     let (mut withheld_rad, mut places, mut lift) = (Vec::new(), Vec::new(), 0);
     let (mut kpa, mut dac) = (0.0, DacCode(0));
     loop {

@@ -6,7 +6,7 @@ use finger::links;
 use plotters::chart::SeriesLabelPosition;
 use plotters::style::RGBColor;
 
-use super::{PUBLISHED_KPA, Report};
+use super::{Report, published_up_to};
 use crate::paper::{ACCELERATIONS, EXPERIMENTS, Stated};
 use report::charts::{self, Look, Panel, Series};
 use report::style::{INK, PALETTE};
@@ -45,8 +45,8 @@ impl Report {
     /// Shapes at the published pressures: continuum, our chain, the published chain (figs. 19 and 20).
     fn deflection(&self) -> anyhow::Result<Vec<Panel>> {
         let max = self.recipe.chain.max_pressure_kpa();
-        let pressures = PUBLISHED_KPA.into_iter().filter(|&p| p <= max);
-        pressures
+        published_up_to(max)
+            .into_iter()
             .map(|pressure| {
                 let mut series = vec![
                     chain_line("published chain", PALETTE[1], &self.published, pressure),
@@ -81,11 +81,11 @@ impl Report {
                 .into_iter()
                 .filter(|&p| p <= max)
                 .zip(PALETTE)
-                .map(|(pressure, color)| {
-                    let lift_n: f64 = self.lift_n(pressure)[kind];
+                .filter_map(|(pressure, color)| {
+                    let lift_n: f64 = self.lift_n(pressure)[kind]?;
                     let mass = |a: f64| (a, 1e3 * lift_n / (GRAVITY_M_S2 + a));
                     let points = (0..=48).map(|i| mass(0.25 * f64::from(i))).collect();
-                    line(&format!("{pressure} kPa"), color, points)
+                    Some(line(&format!("{pressure} kPa"), color, points))
                 })
                 .collect();
             series.push(experiments(object, Look::Dots, "paper: held", |s| {

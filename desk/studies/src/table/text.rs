@@ -34,7 +34,27 @@ impl Report {
             size_of::<softgrip::table::FingerTable>(),
             table.error_bound_percent,
             table.lift_error_percent,
-        )
+        )?;
+        if self.recipe.grasp.is_none() {
+            return writeln!(out, "no [grasp] in the recipe: lift unknown\n");
+        }
+        for (name, end) in ["sphere", "cylinder"]
+            .into_iter()
+            .zip(table.lift_known_to_kpa())
+        {
+            match end {
+                Some(end) if end < table.max_pressure_kpa => writeln!(
+                    out,
+                    "lift of the {name} known up to {end} kPa: beyond, fingers and object find no equilibrium\n"
+                )?,
+                Some(_) => {}
+                None => writeln!(
+                    out,
+                    "lift of the {name} unknown: fingers and object find no equilibrium\n"
+                )?,
+            }
+        }
+        Ok(())
     }
 
     fn joints(&self, out: &mut String) -> std::fmt::Result {
@@ -61,11 +81,13 @@ impl Report {
         )?;
         for &p in &self.pressures_kpa {
             let [x, y] = ours.tip_position_m(p).map(|m| 1e3 * m);
-            let [sphere, cylinder] = self.lift_n(p);
+            let [sphere, cylinder] = self
+                .lift_n(p)
+                .map(|lift| lift.map_or("-".into(), |n| format!("{n:.2}")));
             let angle = ours.tip_angle_rad(p).to_degrees();
             writeln!(
                 out,
-                "{p:<13}{:>10.0}{angle:>8.2}{:>14}{sphere:>8.2}{cylinder:>8.2} {}",
+                "{p:<13}{:>10.0}{angle:>8.2}{:>14}{sphere:>8}{cylinder:>8} {}",
                 ours.free_strain_ue(p),
                 format!("{x:.1} {y:.1}"),
                 columns(&torques(ours, p).map(two)),
@@ -147,7 +169,7 @@ impl Report {
         for row in &self.sensitivity {
             let cells = match &row.tip_angle_percent {
                 Some(list) => list.iter().map(|x| format!("{x:>+8.1}")).collect(),
-                None => "  balloons".to_string(),
+                None => "  no stable state".to_string(),
             };
             writeln!(out, "{:<26}{cells}", row.change)?;
         }

@@ -1,0 +1,212 @@
+//! Commands → answers. Commands are streams: drivers rewrite the last one up to 100 times a second, PLCs
+//! pulse inputs twice, people acknowledge again and again.
+
+use super::{Purpose, Situation, State, Supervisor};
+use crate::FINGERS;
+use crate::command::{Answer, Command, Grip, Refusal};
+use crate::condition::{Gauge, Reading};
+use crate::estimate::Contact;
+use crate::event::{Event, Events};
+use crate::fault::Fault;
+use crate::settings::Active;
+use crate::table::{FingerTable, Range};
+use crate::units::{Instant, Kilopascals};
+
+/// A command that comes again within this time, with no other in between, is the same command: drivers
+/// rewrite it up to 100 times a second, and the slowest that are known do once in half a second.
+const REPEAT_US: u64 = 1_000_000;
+/// The same for an acknowledgement, which says of what was latched at the time that it has been seen: a
+/// button that is pressed four times a second is one.
+const REPEATED_ACKNOWLEDGEMENT_US: u64 = 300_000;
+/// Set-points this close are the same: a quarter of the regulator's repeatability of ±1 % of 200 kPa.
+const SAME_KPA: f32 = 0.5;
+
+/// A command that may come again.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked {
+    command: Command,
+    last: Instant,
+    answer: Answer,
+}
+
+impl Supervisor {
+    /// Carries a command out, unless it is the last one come again.
+    pub(super) fn obey(
+        &mut self,
+        now: Instant,
+        command: Command,
+        situation: &Situation,
+        table: &FingerTable,
+        active: &Active,
+        events: &mut Events,
+    ) -> Answer {
+        let asked = self.asked.filter(|asked| asked.command.is_same(&command));
+        if let Some(asked) = asked
+            && now.micros_since(asked.last) < REPEAT_US
+            && command != Command::Stop
+        {
+            self.asked = Some(Asked { last: now, ..asked });
+            return match asked.answer {
+                Answer::Refused(_) => asked.answer,
+                Answer::Accepted | Answer::Unchanged => Answer::Unchanged,
+            };
+        }
+        if asked.is_none() {
+            // An acknowledgement after something new is a new one.
+            self.acknowledged = None;
+        }
+        let answer = match command {
+            Command::Grip(grip) => self.grip(grip, asked.is_some(), table, active),
+            Command::Release => self.release(now, situation.contact, events),
+            Command::Stop => {
+                self.fault_was_seen = false;
+                self.enter_fault(Fault::Stopped, situation.air, active, events);
+                Answer::Accepted
+            }
+            Command::Tare if situation.taring => Answer::Unchanged,
+            Command::Tare if self.state == State::Idle => Answer::Accepted,
+            Command::Tare => Answer::Refused(Refusal::NotIdle),
+            Command::Continue | Command::Alive | Command::Motion(_) | Command::Acknowledge => {
+                Answer::Unchanged
+            }
+        };
+        if let Answer::Refused(refusal) = answer {
+            events.add(Event::Refused(refusal));
+        }
+        self.asked = Some(Asked {
+            command,
+            last: now,
+            answer,
+        });
+        answer
+    }
+
+    /// `again`: no other command has come since the last grip like this.
+    fn grip(&mut self, grip: Grip, again: bool, table: &FingerTable, active: &Active) -> Answer {
+        let new = match self.accept_grip(grip, table, active) {
+            Ok(target) => target,
+            Err(refusal) => return Answer::Refused(refusal),
+        };
+        let payload = match grip {
+            Grip::Payload(payload) => Some(payload),
+            Grip::Default | Grip::Pressure(_) | Grip::Bend(_) => None,
+        };
+        let same = (new.0 - self.state.target().0).abs() <= SAME_KPA;
+        let purpose = match self.state {
+            State::Closing { .. } | State::Holding { .. } if same => {
+                let unchanged = payload == self.payload;
+                self.payload = payload;
+                return match unchanged {
+                    true => Answer::Unchanged,
+                    false => Answer::Accepted,
+                };
+            }
+            State::Empty { .. } if same && again => return Answer::Unchanged,
+            State::Closing { purpose, .. } => purpose,
+            State::Holding { .. } => Purpose::Change,
+            State::Idle | State::Empty { .. } | State::Releasing { .. } | State::Fault { .. } => {
+                self.touched = [false; FINGERS];
+                self.regripped = false;
+                Purpose::Grip
+            }
+        };
+        self.payload = payload;
+        self.state = State::Closing {
+            target: new,
+            reached: None,
+            purpose,
+        };
+        Answer::Accepted
+    }
+
+    fn release(&mut self, now: Instant, contact: &Contact, events: &mut Events) -> Answer {
+        let holding = self.state.is_holding();
+        match &mut self.state {
+            // Whoever stops the gripper does not want it to drop what it holds.
+            State::Fault {
+                fault: Fault::Stopped,
+                ..
+            } => Answer::Refused(Refusal::FaultLatched),
+            // Any other fault must not keep the robot from putting down what it holds.
+            State::Fault {
+                target, watching, ..
+            } if target.0 > 0.0 => {
+                *target = Kilopascals(0.0);
+                *watching = false;
+                if holding {
+                    events.add(Event::Released);
+                }
+                Answer::Accepted
+            }
+            State::Idle | State::Releasing { .. } | State::Fault { .. } => Answer::Unchanged,
+            State::Closing { .. } | State::Holding { .. } | State::Empty { .. } => {
+                let touches = contact.touching_count() > 0;
+                let empty = matches!(self.state, State::Empty { .. });
+                self.state = State::Releasing {
+                    since: now,
+                    holding: holding || touches && !empty,
+                };
+                Answer::Accepted
+            }
+        }
+    }
+
+    /// Somebody has seen what is latched: a loss is cleared, a fault ends with its cause, now or later (as
+    /// ISA 18.2 has it for alarms). No clock starts again, so acknowledging all the time hides nothing.
+    /// `latched`: the fault that was latched before this tick.
+    pub(super) fn acknowledge(
+        &mut self,
+        now: Instant,
+        latched: Option<Fault>,
+        reading: &Reading,
+        events: &mut Events,
+    ) -> Answer {
+        let repeated = self
+            .acknowledged
+            .replace(now)
+            .is_some_and(|last| now.micros_since(last) < REPEATED_ACKNOWLEDGEMENT_US);
+        if repeated {
+            return Answer::Unchanged;
+        }
+        let failed = reading
+            .gauges
+            .map(|gauge| matches!(gauge, Gauge::Failed(_)));
+        let gauges = failed.contains(&true) || self.failed != failed;
+        if latched.is_some() || gauges || self.lost.take().is_some() {
+            // From here on the robot's last command is a new one.
+            self.asked = None;
+        }
+        self.lost = None;
+        self.fault_was_seen = latched.is_some() && latched == self.state.fault();
+        events.add(Event::Acknowledged);
+        Answer::Accepted
+    }
+
+    fn accept_grip(
+        &self,
+        grip: Grip,
+        table: &FingerTable,
+        active: &Active,
+    ) -> Result<Kilopascals, Refusal> {
+        if matches!(self.state, State::Fault { .. }) {
+            return Err(Refusal::FaultLatched);
+        }
+        if self.lost.is_some() {
+            return Err(Refusal::LostLatched);
+        }
+        let limit = active.max_pressure.0;
+        match grip {
+            Grip::Default => Ok(active.grip_pressure),
+            // A NaN is in no range.
+            Grip::Pressure(pressure) if pressure.0 > 0.0 && pressure.0 <= limit => Ok(pressure),
+            Grip::Pressure(_) => Err(Refusal::PressureOutOfRange),
+            Grip::Bend(bend) => match table.pressure_for_bend(bend) {
+                (pressure, Range::Inside) if pressure.0 > 0.0 && pressure.0 <= limit => {
+                    Ok(pressure)
+                }
+                _ => Err(Refusal::BendOutOfRange),
+            },
+            Grip::Payload(payload) => payload.pressure(table, active),
+        }
+    }
+}

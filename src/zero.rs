@@ -1,0 +1,451 @@
+//! Zero of each gauge: the tare on command, and tracking of slow drift while the fingers are surely free.
+//!
+//! Drift of the zero is the most common complaint about strain-gauge amplifiers, and a zero that has
+//! wandered by the contact threshold turns an empty close into a hold. So the zero follows the gauge
+//! while the gripper rests open, without pressure and without contact: no faster than 100 µε/s, and by no
+//! more than 1000 µε since the last tare. Beyond that a tare is asked for.
+
+use crate::FINGERS;
+use crate::TICK_US;
+use crate::command::TareFault;
+use crate::condition::{Gauge, Monitor, Reading};
+use crate::estimate::{Contact, OPEN_KPA};
+use crate::units::Microstrain;
+
+/// Length of a tare, ticks: ten periods of 50 Hz and twelve of 60 Hz, so that hum averages out.
+const TARE_TICKS: u16 = 200;
+/// Largest offset that a tare accepts, µε: 10 % of full scale, more than the unbalance of any bridge.
+const TARE_LIMIT_UE: f32 = 2_000.0;
+/// Noise, µε rms, up to which a tare is accepted: what the detector is specified for.
+const TARE_NOISE_UE: f32 = 400.0;
+/// Difference between the halves of a tare that is accepted as steady, µε, beyond what noise explains:
+/// 6 % of the contact threshold.
+const TARE_DRIFT_UE: f32 = 30.0;
+/// Standard deviations of that difference that noise is granted.
+const TARE_SIGMAS: f32 = 4.0;
+/// The fingers count as settled after this time at rest, ticks: five time constants of their swing.
+const SETTLED_TICKS: u16 = 300;
+/// Fastest drift that is followed, µε/s. A warming amplifier drifts by some 20.
+const RATE_UE_PER_S: f32 = 100.0;
+/// Largest drift that is followed, µε: half of what a tare may take away.
+const TRACKED_UE: f32 = 1_000.0;
+/// Averaging of the strain at rest, ms: 400 µε of noise move the zero by 9 µε.
+const TRACKING_MS: f32 = 1_000.0;
+/// A contact that lasts this long at rest is as likely a zero that has moved under pressure, ticks.
+const LEANING_TICKS: u16 = 10_000;
+
+/// How a tare ended.
+pub type TareResult = Result<(), TareFault>;
+
+/// The zero of one gauge.
+#[derive(Debug, Clone, Copy)]
+struct Offset {
+    /// What the last tare measured, µε.
+    tared_ue: f32,
+    /// What tracking has added since, µε.
+    drift_ue: f32,
+    /// Raw strain of the finger at rest, µε, as it was first seen or last tared, with the drift since.
+    rest_ue: f32,
+}
+
+/// Sums of one half of a tare.
+#[derive(Debug, Clone, Copy, Default)]
+struct Half {
+    sum: [f32; FINGERS],
+    squares: [f32; FINGERS],
+    ticks: u16,
+}
+
+/// A tare that is running. Strains count from the first one, which keeps the sums small.
+#[derive(Debug, Clone, Copy)]
+struct Tare {
+    first: Option<[f32; FINGERS]>,
+    halves: [Half; 2],
+}
+
+/// The zero of every gauge.
+#[derive(Debug, Clone, Copy)]
+pub struct Zero {
+    offsets: [Offset; FINGERS],
+    tare: Option<Tare>,
+    rest_ticks: u16,
+    /// Ticks behind each `rest_ue`, up to `TARE_TICKS`.
+    learned_ticks: u16,
+    leaning_ticks: u16,
+    /// A gauge has drifted as far as is tracked.
+    used_up: bool,
+}
+
+impl Zero {
+    /// Zero strain is zero, and nothing has been tared.
+    pub const fn new() -> Self {
+        let offset = Offset {
+            tared_ue: 0.0,
+            drift_ue: 0.0,
+            rest_ue: 0.0,
+        };
+        Self {
+            offsets: [offset; FINGERS],
+            tare: None,
+            rest_ticks: 0,
+            learned_ticks: 0,
+            leaning_ticks: 0,
+            used_up: false,
+        }
+    }
+
+    /// What is to be subtracted from the raw strain of each gauge, µε.
+    pub fn offsets_ue(&self) -> [f32; FINGERS] {
+        self.offsets.map(|offset| offset.tared_ue + offset.drift_ue)
+    }
+
+    /// What tracking has added since the last tare.
+    pub fn drift(&self) -> [Microstrain; FINGERS] {
+        self.offsets.map(|offset| Microstrain(offset.drift_ue))
+    }
+
+    /// Tracking is used up, or a finger has leaned on something, or seems to, for long: the zero is no
+    /// longer known.
+    pub fn tare_is_due(&self) -> bool {
+        self.used_up || self.leaning_ticks >= LEANING_TICKS
+    }
+
+    /// A tare is running.
+    pub fn is_taring(&self) -> bool {
+        self.tare.is_some()
+    }
+
+    /// Starts averaging for new offsets.
+    pub fn start_tare(&mut self) {
+        self.tare = Some(Tare {
+            first: None,
+            halves: [Half::default(); 2],
+        });
+    }
+
+    /// One tick: tracks the zero, or feeds a running tare and says once how it ended. `idle`: the gripper
+    /// is open and nothing is asked of it.
+    pub fn step(
+        &mut self,
+        reading: &Reading,
+        contact: &Contact,
+        idle: bool,
+        contact_ue: f32,
+    ) -> Option<TareResult> {
+        let open = matches!(reading.monitor, Monitor::Valid(pressure) if pressure.0 < OPEN_KPA);
+        if self.tare.is_some() {
+            return self.tare_step(reading, idle, open, contact_ue);
+        }
+        // A tick without data is no news.
+        if idle && matches!(reading.monitor, Monitor::Missing) {
+            return None;
+        }
+        if !(idle && open) {
+            self.rest_ticks = 0;
+            self.leaning_ticks = 0;
+            return None;
+        }
+        self.rest_ticks = self.rest_ticks.saturating_add(1);
+        if self.rest_ticks >= SETTLED_TICKS {
+            self.track(reading, contact);
+        }
+        None
+    }
+
+    fn track(&mut self, reading: &Reading, contact: &Contact) {
+        self.leaning_ticks = match contact.touching_count() {
+            0 => 0,
+            _ => self.leaning_ticks.saturating_add(1),
+        };
+        const TICK_MS: f32 = TICK_US as f32 * 1e-3;
+        const MOST_UE: f32 = RATE_UE_PER_S * TICK_MS * 1e-3;
+        let learning = self.learned_ticks < TARE_TICKS;
+        if learning {
+            self.learned_ticks = self.learned_ticks.saturating_add(1);
+        }
+        let share = 1.0 / f32::from(self.learned_ticks.max(1));
+        for (i, offset) in self.offsets.iter_mut().enumerate() {
+            let Some(strain) = reading.gauges[i].strain() else {
+                continue;
+            };
+            if learning {
+                let raw = strain.0 + offset.tared_ue + offset.drift_ue;
+                offset.rest_ue += share * (raw - offset.rest_ue);
+            }
+            if contact.touching[i] {
+                continue;
+            }
+            let step = (strain.0 * (TICK_MS / TRACKING_MS)).clamp(-MOST_UE, MOST_UE);
+            let drift = (offset.drift_ue + step).clamp(-TRACKED_UE, TRACKED_UE);
+            if !learning {
+                offset.rest_ue += drift - offset.drift_ue;
+            }
+            offset.drift_ue = drift;
+            self.used_up |= drift.abs() >= TRACKED_UE;
+        }
+    }
+
+    fn tare_step(
+        &mut self,
+        reading: &Reading,
+        idle: bool,
+        open: bool,
+        contact_ue: f32,
+    ) -> Option<TareResult> {
+        let mut tare = self.tare.take()?;
+        if !idle {
+            return Some(Err(TareFault::Interrupted));
+        }
+        if reading
+            .gauges
+            .iter()
+            .any(|gauge| matches!(gauge, Gauge::Failed(_)))
+        {
+            return Some(Err(TareFault::Gauge));
+        }
+        let [Some(a), Some(b), Some(c)] = reading.gauges.map(Gauge::strain) else {
+            // A spike, or a tick without data: the next one counts.
+            self.tare = Some(tare);
+            return None;
+        };
+        if !open {
+            return Some(Err(TareFault::Pressure));
+        }
+        if !tare.add([a.0, b.0, c.0]) {
+            self.tare = Some(tare);
+            return None;
+        }
+        Some(self.finish(&tare, contact_ue))
+    }
+
+    fn finish(&mut self, tare: &Tare, contact_ue: f32) -> TareResult {
+        let mut measured = [0.0; FINGERS];
+        let due = self.tare_is_due();
+        for (i, (measured, offset)) in measured.iter_mut().zip(&self.offsets).enumerate() {
+            let (mean, drift, variance) = tare.statistics(i);
+            if variance > TARE_NOISE_UE * TARE_NOISE_UE {
+                return Err(TareFault::Noise);
+            }
+            // Compared squared: no root is needed. Each half's mean has the variance σ²/100.
+            let beyond = drift.abs() - TARE_DRIFT_UE;
+            let noise = TARE_SIGMAS * TARE_SIGMAS * 4.0 / f32::from(TARE_TICKS) * variance;
+            if beyond > 0.0 && beyond * beyond > noise {
+                return Err(TareFault::Drift);
+            }
+            *measured = offset.tared_ue + offset.drift_ue + mean;
+            if measured.abs() > TARE_LIMIT_UE {
+                return Err(TareFault::OutOfRange);
+            }
+            // Something in the grip bends a finger back, below the zero that it had at rest.
+            let pressed = offset.rest_ue - *measured > contact_ue;
+            if pressed && !due && self.learned_ticks >= TARE_TICKS {
+                return Err(TareFault::Contact);
+            }
+        }
+        for (offset, measured) in self.offsets.iter_mut().zip(measured) {
+            *offset = Offset {
+                tared_ue: measured,
+                drift_ue: 0.0,
+                rest_ue: measured,
+            };
+        }
+        self.learned_ticks = TARE_TICKS;
+        self.leaning_ticks = 0;
+        self.used_up = false;
+        Ok(())
+    }
+}
+
+impl Tare {
+    /// Takes one tick's strains, µε; says whether that was the last one.
+    fn add(&mut self, strain_ue: [f32; FINGERS]) -> bool {
+        let first = *self.first.get_or_insert(strain_ue);
+        let [early, late] = &mut self.halves;
+        let half = match early.ticks < TARE_TICKS / 2 {
+            true => early,
+            false => late,
+        };
+        half.ticks = half.ticks.saturating_add(1);
+        for i in 0..FINGERS {
+            let strain = strain_ue[i] - first[i];
+            half.sum[i] += strain;
+            half.squares[i] += strain * strain;
+        }
+        let [_, late] = &self.halves;
+        late.ticks >= TARE_TICKS / 2
+    }
+
+    /// Mean, difference of the halves' means, and variance about them, of one gauge.
+    fn statistics(&self, gauge: usize) -> (f32, f32, f32) {
+        const N: f32 = (TARE_TICKS / 2) as f32;
+        let first = self.first.map_or(0.0, |first| first[gauge]);
+        let [early, late] = self.halves.map(|half| half.sum[gauge] / N);
+        let squares = self.halves.map(|half| half.squares[gauge] / N);
+        let variance = 0.5 * (squares[0] - early * early + squares[1] - late * late);
+        (
+            first + 0.5 * (early + late),
+            late - early,
+            variance.max(0.0),
+        )
+    }
+}
+
+impl Default for Zero {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::Range;
+    use crate::units::{Degrees, Kilopascals, Volts};
+
+    const CONTACT_UE: f32 = 500.0;
+
+    /// One tick at rest with these raw strains, µε.
+    fn tick(zero: &mut Zero, raw_ue: [f32; 3], kpa: f32, idle: bool) -> Option<TareResult> {
+        let offsets = zero.offsets_ue();
+        let strain: [f32; 3] = core::array::from_fn(|i| raw_ue[i] - offsets[i]);
+        let reading = Reading {
+            gauges: strain.map(|ue| Gauge::Valid(Microstrain(ue))),
+            monitor: Monitor::Valid(Kilopascals(kpa)),
+            supply: Some(Volts(24.0)),
+            stale_ticks: 0,
+            overrun: false,
+        };
+        let contact = Contact {
+            residual: strain.map(|ue| Some(Microstrain(-ue))),
+            touching: strain.map(|ue| -ue > CONTACT_UE),
+            free: Microstrain(0.0),
+            bend: Degrees(0.0),
+            range: Range::Inside,
+            known: true,
+        };
+        zero.step(&reading, &contact, idle, CONTACT_UE)
+    }
+
+    fn rest(zero: &mut Zero, raw_ue: [f32; 3], ticks: u32) {
+        for _ in 0..ticks {
+            assert_eq!(tick(zero, raw_ue, 0.0, true), None);
+        }
+    }
+
+    /// A tare with the strain, pressure and state of each tick.
+    fn tare(zero: &mut Zero, make: impl Fn(u16) -> ([f32; 3], f32, bool)) -> TareResult {
+        zero.start_tare();
+        (0..2 * TARE_TICKS)
+            .find_map(|at| {
+                let (raw, kpa, idle) = make(at);
+                tick(zero, raw, kpa, idle)
+            })
+            .expect("a tare ends")
+    }
+
+    fn flicker(at: u16, ue: f32) -> f32 {
+        if at.is_multiple_of(2) { ue } else { -ue }
+    }
+
+    #[test]
+    fn a_tare_takes_the_mean_away() {
+        let mut zero = Zero::new();
+        let result = tare(&mut zero, |at| {
+            ([300.0 + flicker(at, 30.0), -200.0, 0.0], 0.0, true)
+        });
+        assert_eq!(result, Ok(()));
+        for (offset, expected) in zero.offsets_ue().into_iter().zip([300.0, -200.0, 0.0]) {
+            assert!((offset - expected).abs() < 0.1, "{offset}");
+        }
+    }
+
+    #[test]
+    fn a_tare_is_refused_when_anything_makes_it_wrong_at_any_time_of_it() {
+        let calm = [0.0; 3];
+        type Make = fn(u16) -> ([f32; 3], f32, bool);
+        let cases: [(TareFault, Make); 7] = [
+            // A valve that opens in its last tick.
+            (TareFault::Pressure, |at| {
+                ([0.0; 3], if at < 199 { 0.0 } else { 60.0 }, true)
+            }),
+            (TareFault::Interrupted, |at| ([0.0; 3], 0.0, at < 150)),
+            (TareFault::Noise, |at| {
+                ([0.0, flicker(at, 500.0), 0.0], 0.0, true)
+            }),
+            (TareFault::Drift, |at| {
+                ([0.0, 0.0, f32::from(at)], 0.0, true)
+            }),
+            (TareFault::Drift, |at| {
+                ([0.0, 0.0, if at < 100 { 0.0 } else { -80.0 }], 0.0, true)
+            }),
+            (TareFault::OutOfRange, |_| ([2_100.0, 0.0, 0.0], 0.0, true)),
+            (TareFault::Contact, |_| ([0.0, -700.0, 0.0], 0.0, true)),
+        ];
+        for (fault, make) in cases {
+            let mut zero = Zero::new();
+            rest(&mut zero, calm, 1_000);
+            assert_eq!(tare(&mut zero, make), Err(fault));
+            assert_eq!(zero.offsets_ue(), calm, "{fault:?}");
+        }
+    }
+
+    #[test]
+    fn the_unbalance_of_a_bridge_is_no_contact() {
+        let mut zero = Zero::new();
+        let unbalanced = [-1_500.0, 900.0, 0.0];
+        rest(&mut zero, unbalanced, 1_000);
+        assert_eq!(tare(&mut zero, |_| (unbalanced, 0.0, true)), Ok(()));
+    }
+
+    #[test]
+    fn slow_drift_at_rest_is_followed_and_under_pressure_it_is_not() {
+        for sign in [-1.0, 1.0] {
+            let mut zero = Zero::new();
+            for at in 0..40_000 {
+                tick(&mut zero, [sign * 0.02 * at as f32; 3], 0.0, true);
+            }
+            for offset in zero.offsets_ue() {
+                assert!((offset - sign * 800.0).abs() < 50.0, "{offset}");
+            }
+            assert!(!zero.tare_is_due());
+        }
+        let mut zero = Zero::new();
+        for at in 0..40_000 {
+            tick(&mut zero, [-0.02 * at as f32; 3], 100.0, false);
+            tick(&mut zero, [-0.02 * at as f32; 3], 100.0, true);
+        }
+        assert_eq!(zero.offsets_ue(), [0.0; 3]);
+    }
+
+    #[test]
+    fn tracking_is_bounded_in_rate_and_total_and_then_asks_for_a_tare() {
+        let mut zero = Zero::new();
+        rest(&mut zero, [0.0; 3], 1_000);
+        rest(&mut zero, [400.0; 3], 1_000);
+        for drift in zero.drift() {
+            assert!(drift.0 > 0.0 && drift.0 <= 100.0, "{drift:?}");
+        }
+        for at in 0..200_000 {
+            tick(&mut zero, [0.02 * at as f32, 0.0, 0.0], 0.0, true);
+        }
+        assert!((zero.drift()[0].0 - TRACKED_UE).abs() < 1.0);
+        assert!(zero.tare_is_due());
+        let drifted = [1_900.0, 0.0, 0.0];
+        assert_eq!(tare(&mut zero, |_| (drifted, 0.0, true)), Ok(()));
+        assert!(!zero.tare_is_due());
+        assert_eq!(zero.drift(), [Microstrain(0.0); 3]);
+    }
+
+    #[test]
+    fn a_finger_that_leans_is_not_followed_and_after_ten_seconds_a_tare_is_due() {
+        let mut zero = Zero::new();
+        rest(&mut zero, [0.0; 3], 1_000);
+        rest(&mut zero, [-800.0, 0.0, 0.0], 9_000);
+        assert_eq!(zero.offsets_ue(), [0.0; 3]);
+        assert!(!zero.tare_is_due());
+        rest(&mut zero, [-800.0, 0.0, 0.0], 1_500);
+        assert!(zero.tare_is_due());
+        rest(&mut zero, [0.0; 3], 1);
+        assert!(!zero.tare_is_due());
+    }
+}
