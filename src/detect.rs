@@ -271,6 +271,9 @@ impl Detector {
             };
             let plateau = &mut self.plateau[i];
             *plateau += self.plateau_gain * (residual.0 - *plateau);
+            if self.away[i] == 0 {
+                continue;
+            }
             if core::mem::take(&mut self.away[i]) >= AWAY_TICKS {
                 *plateau = residual.0;
                 if let Some(hold) = &mut self.hold {
@@ -296,42 +299,29 @@ impl Detector {
             return Verdict::AirLoss;
         }
         // A fall that has begun is judged against the plateau that it began from.
-        if !pressure_changes
-            && self
-                .hold
-                .is_some_and(|hold| hold.outdated && hold.evidence == 0.0)
+        if let Some(hold) = &self.hold
+            && hold.outdated
+            && !pressure_changes
+            && hold.evidence == 0.0
         {
             self.hold = None;
         }
-        // A finger that did not touch is no part of the grip, even if what it felt before still fades.
-        let plateau: [f32; FINGERS] = core::array::from_fn(|i| match carrying[i] {
-            true => self.plateau[i],
-            false => 0.0,
-        });
-        let hold = self.hold.get_or_insert(Hold {
-            since: now,
-            plateau,
-            lately: plateau,
-            free: Microstrain(self.free),
-            level: 1.0,
-            rate: 0.0,
-            recent: 1.0,
-            least: 1.0,
-            passed: false,
-            emptiest: 1.0,
-            felt_ticks: 0,
-            evidence: 0.0,
-            onset: now,
-            slip: Slip::NONE,
-            outdated: false,
-        });
+        if self.hold.is_none() {
+            self.hold = Some(self.begin(now, carrying));
+        }
+        let Some(hold) = &mut self.hold else {
+            return Verdict::Unarmed;
+        };
         hold.outdated |= pressure_changes;
         let settling = now.micros_since(hold.since) < SETTLING_US;
         if settling {
             // While the fingers follow the last of the pressure, the grip still tightens.
             hold.free.0 = hold.free.0.max(contact.free.0);
-            for (held, plateau) in hold.plateau.iter_mut().zip(plateau) {
-                *held = held.max(plateau);
+            let plateaus = hold.plateau.iter_mut().zip(self.plateau);
+            for ((held, plateau), carries) in plateaus.zip(carrying) {
+                if carries {
+                    *held = held.max(plateau);
+                }
             }
         }
         let (Some(shares), Some(lately)) = (
@@ -424,6 +414,35 @@ impl Detector {
             hold.free.0 += self.reference_gain * (contact.free.0 - hold.free.0);
         }
         Verdict::Holding
+    }
+
+    /// A hold by these fingers. One that did not touch is no part of it, even if what it felt before still
+    /// fades.
+    #[inline(never)]
+    fn begin(&self, now: Instant, carrying: [bool; FINGERS]) -> Hold {
+        let mut plateau = self.plateau;
+        for (plateau, carries) in plateau.iter_mut().zip(carrying) {
+            if !carries {
+                *plateau = 0.0;
+            }
+        }
+        Hold {
+            since: now,
+            plateau,
+            lately: plateau,
+            free: Microstrain(self.free),
+            level: 1.0,
+            rate: 0.0,
+            recent: 1.0,
+            least: 1.0,
+            passed: false,
+            emptiest: 1.0,
+            felt_ticks: 0,
+            evidence: 0.0,
+            onset: now,
+            slip: Slip::NONE,
+            outdated: false,
+        }
     }
 
     fn air_is_going(&mut self, air: Air, active: &Active) -> bool {

@@ -101,15 +101,18 @@ impl Regulator {
         if let Some(expected) = &mut self.expected {
             // A ramp starts from the pressure that is there: a rise from no more than that, even if the model
             // of the regulator is wrong, and a fall from no more than that, so that it stops a rise at once.
-            let (low, high) = match self.deviation {
-                Some(deviation) => {
-                    let measured = *expected + deviation;
-                    (measured.min(*expected), measured.max(*expected))
-                }
-                None => (0.0, *expected),
-            };
-            self.setpoint = self.setpoint.max(low.min(target)).min(high.max(target));
-            self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+            if self.setpoint < target {
+                let low = self.deviation.map_or(0.0, |off| *expected + off.min(0.0));
+                self.setpoint = self.setpoint.max(low.min(target));
+            } else if self.setpoint > target {
+                let high = self
+                    .deviation
+                    .map_or(*expected, |off| *expected + off.max(0.0));
+                self.setpoint = self.setpoint.min(high.max(target));
+            }
+            if self.setpoint != target {
+                self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+            }
             *expected += active.regulator_gain * (self.setpoint - *expected);
         }
 
