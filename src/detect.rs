@@ -21,7 +21,7 @@ use slip::Slip;
 use crate::FINGERS;
 use crate::command::Motion;
 use crate::estimate::Contact;
-use crate::math::{lag_gain, root};
+use crate::math::{lag_gain, larger, root, smaller};
 use crate::regulate::Air;
 use crate::settings::Active;
 use crate::units::{Instant, Microstrain};
@@ -316,11 +316,11 @@ impl Detector {
         let settling = now.micros_since(hold.since) < SETTLING_US;
         if settling {
             // While the fingers follow the last of the pressure, the grip still tightens.
-            hold.free.0 = hold.free.0.max(contact.free.0);
+            hold.free.0 = larger(hold.free.0, contact.free.0);
             let plateaus = hold.plateau.iter_mut().zip(self.plateau);
             for ((held, plateau), carries) in plateaus.zip(carrying) {
                 if carries {
-                    *held = held.max(plateau);
+                    *held = larger(*held, plateau);
                 }
             }
         }
@@ -346,20 +346,21 @@ impl Detector {
             !hold.outdated && !settling && (hold.least > PASSED || hold.passed && hold.level > 1.0);
         let reached = match hold.passed {
             true => hold.level,
-            false => hold.level.min(1.0),
+            false => smaller(hold.level, 1.0),
         };
-        hold.recent = reached.max(hold.recent - limits.held_fall_per_s / TICKS_PER_S);
+        let recent = hold.recent - limits.held_fall_per_s / TICKS_PER_S;
+        hold.recent = larger(reached, recent);
         hold.emptiest += self.level_gain * (lately.emptiest - hold.emptiest);
 
         // At a lower pressure a free finger would bend less by so much, so one that is held by an object
         // loses less than that. What it may lose is no evidence.
-        let sag = (hold.free.0 - contact.free.0).max(0.0) * shares.per_ue;
+        let sag = larger(hold.free.0 - contact.free.0, 0.0) * shares.per_ue;
         let slow = 1.0 - shares.others - limits.slow_allowance;
         let quick = hold.recent - shares.sum - active.loss_allowance - limits.quick_allowance;
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
         let ahead = 2.0 * lately.emptiest - hold.emptiest;
-        let mut one_sided = (1.0 - ahead - FINGER_ALLOWANCE).min(EMPTYING - lately.emptiest);
+        let mut one_sided = smaller(1.0 - ahead - FINGER_ALLOWANCE, EMPTYING - lately.emptiest);
         if one_sided > 0.0 {
             one_sided -= FINGER_SIGMAS * root(lately.emptiest_variance);
         }
@@ -371,10 +372,11 @@ impl Detector {
         let felt = hold.felt_ticks > 0;
         // A knock from the side presses on the others almost as much as it takes away.
         let sideways = felt && shares.sum < 1.0 - SIDEWAYS;
-        let (fall, cause) = if sideways && one_sided > quick.max(slow) {
+        let collapse = larger(quick, slow);
+        let (fall, cause) = if sideways && one_sided > collapse {
             (one_sided, LossCause::OneSided)
         } else if felt {
-            (quick.max(slow), LossCause::Collapse)
+            (collapse, LossCause::Collapse)
         } else {
             (slow, LossCause::Collapse)
         };
@@ -383,9 +385,10 @@ impl Detector {
         }
         // Mean run length of a CUSUM on white noise of variance σ²: exp(2 k h / σ²) (Siegmund 1985).
         let noise_limit = LN_RUN_LENGTH * shares.variance / (2.0 * active.loss_allowance);
-        let limit = active.loss_evidence.max(noise_limit);
+        let limit = larger(active.loss_evidence, noise_limit);
         // No single tick, nor two, can be a loss: a finger does not empty so fast, a cable's glitch does.
-        hold.evidence = (hold.evidence + (fall - sag).min(0.5 * limit)).max(0.0);
+        let step = smaller(fall - sag, 0.5 * limit);
+        hold.evidence = larger(hold.evidence + step, 0.0);
         if hold.evidence > limit {
             return Verdict::Lost {
                 onset: hold.onset,

@@ -1,6 +1,7 @@
 //! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
 
 use crate::condition::Monitor;
+use crate::math::{larger, smaller};
 use crate::settings::Active;
 use crate::units::Kilopascals;
 use crate::{TICK_US, units::Instant};
@@ -97,7 +98,7 @@ impl Regulator {
     /// The command for this tick.
     pub fn step(&mut self, target: Kilopascals, active: &Active) -> Kilopascals {
         let slew = active.slew_kpa_per_tick;
-        let target = target.0.max(0.0).min(active.max_pressure.0);
+        let target = smaller(larger(target.0, 0.0), active.max_pressure.0);
         if let Some(expected) = &mut self.expected {
             // A ramp starts from the pressure that is there: a rise from no more than that, even if the model
             // of the regulator is wrong, and a fall from no more than that, so that it stops a rise at once.
