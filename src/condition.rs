@@ -135,7 +135,7 @@ struct Channel {
     lively: f32,
     difference_variance: f32,
     burst_variance: f32,
-    /// Of noise alone: from second differences, which a strain that moves does not
+    /// Six times that of noise alone: from second differences, which a strain that moves does not
     /// have, over [`JITTER_MS`].
     jitter_variance: f32,
     last_difference: f32,
@@ -263,8 +263,14 @@ impl Conditioner {
                 *gauge = channel.carry(code, front_end, zero_ue);
             }
         } else {
-            let gains = self.gains.over(self.spacing);
-            self.spacing = 1.0;
+            let slow;
+            let gains = if self.spacing > 1.0 {
+                slow = self.gains.over(self.spacing);
+                self.spacing = 1.0;
+                &slow
+            } else {
+                &self.gains
+            };
             let free = expected.free_strain;
             for (gauge, ((channel, &code), zero_ue)) in gauges.iter_mut().zip(channels) {
                 *gauge = channel.step(code, front_end, zero_ue, free, gains);
@@ -295,8 +301,8 @@ impl Conditioner {
         core::array::from_fn(|i| {
             let channel = &self.channels[i];
             let usual = 0.5 * channel.difference_variance;
-            match channel.jitter_variance > OUTBREAK * usual {
-                true => channel.jitter_variance,
+            match channel.jitter_variance > 6.0 * OUTBREAK * usual {
+                true => channel.jitter_variance / 6.0,
                 false => usual,
             }
         })
@@ -345,9 +351,8 @@ impl Channel {
         front_end: &FrontEnd,
         zero_ue: f32,
         free_strain: Option<Microstrain>,
-        gains: Gains,
+        gains: &Gains,
     ) -> Gauge {
-        self.latched = self.failed.is_some();
         self.watch_for_change(code, free_strain, gains.statistics);
         let raw = front_end.strain(code).0;
         self.seen = self.seen.saturating_add(1);
@@ -356,6 +361,13 @@ impl Channel {
                 .last_valid
                 .is_some_and(|last| (raw - last).abs() > JUMP_UE + gains.jump_ue);
         let suspicion = self.suspicion(code, raw, jumped, free_strain, front_end);
+        if suspicion.is_none() && self.failed.is_none() {
+            self.suspect = None;
+            self.measure_noise(raw, gains);
+            self.last_valid = Some(raw);
+            return Gauge::Valid(Microstrain(raw - zero_ue));
+        }
+        self.latched = self.failed.is_some();
         match suspicion {
             None | Some(GaugeFault::Noisy) => {
                 self.measure_noise(raw, gains);
@@ -444,25 +456,29 @@ impl Channel {
         }
     }
 
-    fn measure_noise(&mut self, strain: f32, gains: Gains) {
+    fn measure_noise(&mut self, strain: f32, gains: &Gains) {
         let Some(last) = self.last_valid else {
             return;
         };
         let difference = strain - last;
-        let weighted = gains.weight * difference * difference;
-        self.difference_variance += gains.statistics * (weighted - self.difference_variance);
-        if gains.weight <= 1.0 {
-            // White noise of variance σ² has second differences of variance 6σ². Between measurements that
-            // are further apart a loss has them too.
-            let second = difference - self.last_difference;
-            self.jitter_variance += gains.jitter * (second * second / 6.0 - self.jitter_variance);
+        let square = difference * difference;
+        if gains.weight > 1.0 {
+            let weighted = gains.weight * square;
+            self.difference_variance += gains.statistics * (weighted - self.difference_variance);
+            let beyond = (difference.abs() - gains.swing_ue).max(0.0);
+            self.measure_burst(beyond * beyond, gains);
+            return;
         }
+        self.difference_variance += gains.statistics * (square - self.difference_variance);
+        // White noise of variance σ² has second differences of variance 6σ². Between measurements that are
+        // further apart a loss has them too.
+        let second = difference - self.last_difference;
         self.last_difference = difference;
-        let beyond = (difference.abs() - gains.swing_ue).max(0.0);
-        self.measure_burst(beyond * beyond, gains);
+        self.jitter_variance += gains.jitter * (second * second - self.jitter_variance);
+        self.measure_burst(square, gains);
     }
 
-    fn measure_burst(&mut self, square: f32, gains: Gains) {
+    fn measure_burst(&mut self, square: f32, gains: &Gains) {
         if self.seen > WARM_UP_TICKS {
             self.burst_variance += gains.burst * (square - self.burst_variance);
         }

@@ -1,5 +1,6 @@
 //! One control tick, from converter codes to converter codes.
 
+use crate::FINGERS;
 use crate::command::{Answer, Command, Motion};
 use crate::condition::{Conditioner, Expected, Gauge, Monitor, RawFrame, Reading};
 use crate::detect::{Detector, Watch};
@@ -88,7 +89,7 @@ impl Controller {
         }
 
         let expected = Expected {
-            free_strain: self.estimator.free_strain(table, active),
+            free_strain: self.estimator.free_strain(),
             pressure: self.regulator.expected(),
         };
         let reading =
@@ -109,6 +110,7 @@ impl Controller {
             .detector
             .step(now, &contact, &noise, air, watch, active);
 
+        let tare_due = self.zero.tare_is_due();
         let situation = Situation {
             reading: &reading,
             contact: &contact,
@@ -116,7 +118,7 @@ impl Controller {
             air,
             tare,
             taring: self.zero.is_taring(),
-            tare_due: self.zero.tare_is_due(),
+            tare_due,
             deviating_us: self.regulator.deviating_us(now),
         };
         let answer = self
@@ -139,7 +141,7 @@ impl Controller {
         Outputs {
             dac,
             indicators: self.indicators(&reading),
-            snapshot: self.snapshot(now, &reading, &contact),
+            snapshot: self.snapshot(now, &reading, &contact, noise),
             events,
             answer,
         }
@@ -161,8 +163,14 @@ impl Controller {
         }
     }
 
-    fn snapshot(&self, now: Instant, reading: &Reading, contact: &Contact) -> Snapshot {
-        let noise = self.conditioner.noise_variance().map(root);
+    fn snapshot(
+        &self,
+        now: Instant,
+        reading: &Reading,
+        contact: &Contact,
+        noise_variance: [f32; FINGERS],
+    ) -> Snapshot {
+        let noise = noise_variance.map(root);
         Snapshot {
             now,
             state: self.supervisor.state(),

@@ -21,7 +21,7 @@ use slip::Slip;
 use crate::FINGERS;
 use crate::command::Motion;
 use crate::estimate::Contact;
-use crate::math::{lag_gain, root};
+use crate::math::{lag_gain, larger, root, smaller};
 use crate::regulate::Air;
 use crate::settings::Active;
 use crate::units::{Instant, Microstrain};
@@ -271,6 +271,9 @@ impl Detector {
             };
             let plateau = &mut self.plateau[i];
             *plateau += self.plateau_gain * (residual.0 - *plateau);
+            if self.away[i] == 0 {
+                continue;
+            }
             if core::mem::take(&mut self.away[i]) >= AWAY_TICKS {
                 *plateau = residual.0;
                 if let Some(hold) = &mut self.hold {
@@ -296,42 +299,29 @@ impl Detector {
             return Verdict::AirLoss;
         }
         // A fall that has begun is judged against the plateau that it began from.
-        if !pressure_changes
-            && self
-                .hold
-                .is_some_and(|hold| hold.outdated && hold.evidence == 0.0)
+        if let Some(hold) = &self.hold
+            && hold.outdated
+            && !pressure_changes
+            && hold.evidence == 0.0
         {
             self.hold = None;
         }
-        // A finger that did not touch is no part of the grip, even if what it felt before still fades.
-        let plateau: [f32; FINGERS] = core::array::from_fn(|i| match carrying[i] {
-            true => self.plateau[i],
-            false => 0.0,
-        });
-        let hold = self.hold.get_or_insert(Hold {
-            since: now,
-            plateau,
-            lately: plateau,
-            free: Microstrain(self.free),
-            level: 1.0,
-            rate: 0.0,
-            recent: 1.0,
-            least: 1.0,
-            passed: false,
-            emptiest: 1.0,
-            felt_ticks: 0,
-            evidence: 0.0,
-            onset: now,
-            slip: Slip::NONE,
-            outdated: false,
-        });
+        if self.hold.is_none() {
+            self.hold = Some(self.begin(now, carrying));
+        }
+        let Some(hold) = &mut self.hold else {
+            return Verdict::Unarmed;
+        };
         hold.outdated |= pressure_changes;
         let settling = now.micros_since(hold.since) < SETTLING_US;
         if settling {
             // While the fingers follow the last of the pressure, the grip still tightens.
-            hold.free.0 = hold.free.0.max(contact.free.0);
-            for (held, plateau) in hold.plateau.iter_mut().zip(plateau) {
-                *held = held.max(plateau);
+            hold.free.0 = larger(hold.free.0, contact.free.0);
+            let plateaus = hold.plateau.iter_mut().zip(self.plateau);
+            for ((held, plateau), carries) in plateaus.zip(carrying) {
+                if carries {
+                    *held = larger(*held, plateau);
+                }
             }
         }
         let (Some(shares), Some(lately)) = (
@@ -356,20 +346,21 @@ impl Detector {
             !hold.outdated && !settling && (hold.least > PASSED || hold.passed && hold.level > 1.0);
         let reached = match hold.passed {
             true => hold.level,
-            false => hold.level.min(1.0),
+            false => smaller(hold.level, 1.0),
         };
-        hold.recent = reached.max(hold.recent - limits.held_fall_per_s / TICKS_PER_S);
+        let recent = hold.recent - limits.held_fall_per_s / TICKS_PER_S;
+        hold.recent = larger(reached, recent);
         hold.emptiest += self.level_gain * (lately.emptiest - hold.emptiest);
 
         // At a lower pressure a free finger would bend less by so much, so one that is held by an object
         // loses less than that. What it may lose is no evidence.
-        let sag = (hold.free.0 - contact.free.0).max(0.0) * shares.per_ue;
+        let sag = larger(hold.free.0 - contact.free.0, 0.0) * shares.per_ue;
         let slow = 1.0 - shares.others - limits.slow_allowance;
         let quick = hold.recent - shares.sum - active.loss_allowance - limits.quick_allowance;
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
         let ahead = 2.0 * lately.emptiest - hold.emptiest;
-        let mut one_sided = (1.0 - ahead - FINGER_ALLOWANCE).min(EMPTYING - lately.emptiest);
+        let mut one_sided = smaller(1.0 - ahead - FINGER_ALLOWANCE, EMPTYING - lately.emptiest);
         if one_sided > 0.0 {
             one_sided -= FINGER_SIGMAS * root(lately.emptiest_variance);
         }
@@ -381,10 +372,11 @@ impl Detector {
         let felt = hold.felt_ticks > 0;
         // A knock from the side presses on the others almost as much as it takes away.
         let sideways = felt && shares.sum < 1.0 - SIDEWAYS;
-        let (fall, cause) = if sideways && one_sided > quick.max(slow) {
+        let collapse = larger(quick, slow);
+        let (fall, cause) = if sideways && one_sided > collapse {
             (one_sided, LossCause::OneSided)
         } else if felt {
-            (quick.max(slow), LossCause::Collapse)
+            (collapse, LossCause::Collapse)
         } else {
             (slow, LossCause::Collapse)
         };
@@ -393,9 +385,10 @@ impl Detector {
         }
         // Mean run length of a CUSUM on white noise of variance σ²: exp(2 k h / σ²) (Siegmund 1985).
         let noise_limit = LN_RUN_LENGTH * shares.variance / (2.0 * active.loss_allowance);
-        let limit = active.loss_evidence.max(noise_limit);
+        let limit = larger(active.loss_evidence, noise_limit);
         // No single tick, nor two, can be a loss: a finger does not empty so fast, a cable's glitch does.
-        hold.evidence = (hold.evidence + (fall - sag).min(0.5 * limit)).max(0.0);
+        let step = smaller(fall - sag, 0.5 * limit);
+        hold.evidence = larger(hold.evidence + step, 0.0);
         if hold.evidence > limit {
             return Verdict::Lost {
                 onset: hold.onset,
@@ -424,6 +417,35 @@ impl Detector {
             hold.free.0 += self.reference_gain * (contact.free.0 - hold.free.0);
         }
         Verdict::Holding
+    }
+
+    /// A hold by these fingers. One that did not touch is no part of it, even if what it felt before still
+    /// fades.
+    #[inline(never)]
+    fn begin(&self, now: Instant, carrying: [bool; FINGERS]) -> Hold {
+        let mut plateau = self.plateau;
+        for (plateau, carries) in plateau.iter_mut().zip(carrying) {
+            if !carries {
+                *plateau = 0.0;
+            }
+        }
+        Hold {
+            since: now,
+            plateau,
+            lately: plateau,
+            free: Microstrain(self.free),
+            level: 1.0,
+            rate: 0.0,
+            recent: 1.0,
+            least: 1.0,
+            passed: false,
+            emptiest: 1.0,
+            felt_ticks: 0,
+            evidence: 0.0,
+            onset: now,
+            slip: Slip::NONE,
+            outdated: false,
+        }
     }
 
     fn air_is_going(&mut self, air: Air, active: &Active) -> bool {

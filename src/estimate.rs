@@ -112,6 +112,8 @@ pub struct Estimator {
     unknown_ticks: u16,
     touches: [Touch; FINGERS],
     bend: Degrees,
+    /// What the gauge of a free finger shows; unknown before the first pressure.
+    free: Option<Microstrain>,
 }
 
 impl Estimator {
@@ -123,6 +125,7 @@ impl Estimator {
             unknown_ticks: 0,
             touches: [Touch::default(); FINGERS],
             bend: Degrees(0.0),
+            free: None,
         }
     }
 
@@ -132,12 +135,8 @@ impl Estimator {
     }
 
     /// What the gauge of a free finger should show now; unknown before the first pressure.
-    pub fn free_strain(&self, table: &FingerTable, active: &Active) -> Option<Microstrain> {
-        let lag = self.lag?;
-        Some(match active.gauge_sense {
-            GaugeSense::Bend => table.free_strain(Kilopascals(lag.bent_kpa)).0,
-            GaugeSense::Contact => Microstrain(0.0),
-        })
+    pub fn free_strain(&self) -> Option<Microstrain> {
+        self.free
     }
 
     /// Estimates contact from one tick's readings.
@@ -158,6 +157,10 @@ impl Estimator {
         }
         let pressure = self.lagged_pressure();
         let (free, range) = table.free_strain(pressure);
+        self.free = self.lag.map(|_| match active.gauge_sense {
+            GaugeSense::Bend => free,
+            GaugeSense::Contact => Microstrain(0.0),
+        });
         let threshold = active.contact_ue + active.contact_fraction * free.0;
 
         let mut residual = [None; FINGERS];

@@ -2,6 +2,7 @@
 //!
 //! Both directions stand here, so that the simulated gripper and the firmware cannot disagree.
 
+use crate::math::{larger, smaller};
 use crate::units::{AdcCode, DacCode, Kilopascals, Microstrain, Volts};
 
 /// Scale of every analogue channel. `boards/README.md` shows the circuit.
@@ -74,7 +75,7 @@ impl FrontEnd {
     pub fn command(&self, pressure: Kilopascals) -> DacCode {
         let full_scale = self.regulator_full_scale.0;
         // `max` returns the number where the other is a NaN; the cast saturates.
-        let pressure = pressure.0.max(0.0).min(full_scale);
+        let pressure = smaller(larger(pressure.0, 0.0), full_scale);
         DacCode((pressure * self.command_codes_per_kpa + 0.5) as u16)
     }
 

@@ -3,6 +3,7 @@
 
 use crate::condition::Monitor;
 use crate::grasp::State;
+use crate::math::{larger, smaller};
 use crate::settings::Active;
 use crate::units::{DacCode, Kilopascals};
 
@@ -17,7 +18,7 @@ pub fn interlock(
     if state.is_vented() || too_high || command.0.is_nan() {
         return DacCode(0);
     }
-    let limited = command.0.max(0.0).min(active.max_pressure.0);
+    let limited = smaller(larger(command.0, 0.0), active.max_pressure.0);
     active.front_end.command(Kilopascals(limited))
 }
 

@@ -21,6 +21,17 @@ pub(crate) fn root(x: f32) -> f32 {
     root
 }
 
+/// The larger of two numbers; `b` where `a` is none. `f32::max` is a call into the runtime on this core,
+/// which has no instruction for it.
+pub(crate) fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers; `b` where `a` is none.
+pub(crate) fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

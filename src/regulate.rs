@@ -1,6 +1,7 @@
 //! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
 
 use crate::condition::Monitor;
+use crate::math::{larger, smaller};
 use crate::settings::Active;
 use crate::units::Kilopascals;
 use crate::{TICK_US, units::Instant};
@@ -97,19 +98,22 @@ impl Regulator {
     /// The command for this tick.
     pub fn step(&mut self, target: Kilopascals, active: &Active) -> Kilopascals {
         let slew = active.slew_kpa_per_tick;
-        let target = target.0.max(0.0).min(active.max_pressure.0);
+        let target = smaller(larger(target.0, 0.0), active.max_pressure.0);
         if let Some(expected) = &mut self.expected {
             // A ramp starts from the pressure that is there: a rise from no more than that, even if the model
             // of the regulator is wrong, and a fall from no more than that, so that it stops a rise at once.
-            let (low, high) = match self.deviation {
-                Some(deviation) => {
-                    let measured = *expected + deviation;
-                    (measured.min(*expected), measured.max(*expected))
-                }
-                None => (0.0, *expected),
-            };
-            self.setpoint = self.setpoint.max(low.min(target)).min(high.max(target));
-            self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+            if self.setpoint < target {
+                let low = self.deviation.map_or(0.0, |off| *expected + off.min(0.0));
+                self.setpoint = self.setpoint.max(low.min(target));
+            } else if self.setpoint > target {
+                let high = self
+                    .deviation
+                    .map_or(*expected, |off| *expected + off.max(0.0));
+                self.setpoint = self.setpoint.min(high.max(target));
+            }
+            if self.setpoint != target {
+                self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+            }
             *expected += active.regulator_gain * (self.setpoint - *expected);
         }
 

@@ -1,5 +1,6 @@
 //! The finger's table: free-bend strain, bend and joint torques against pressure, made by `build.rs`.
 
+use crate::math::{larger, smaller};
 use crate::units::{Degrees, Kilopascals, Microstrain, Newtons};
 
 /// Links, and joints, of the equivalent chain (paper, section 4.1).
@@ -205,7 +206,7 @@ impl FingerTable {
             // A NaN ends here too.
             Range::Below
         };
-        let position = position.max(0.0).min(last);
+        let position = smaller(larger(position, 0.0), last);
         let index = (position as usize).min(ROWS - 2);
         Place {
             index,

@@ -48,19 +48,26 @@ struct Offset {
     rest_ue: f32,
 }
 
+/// One gauge in a tare. Strains count from the first one, which keeps the sums small.
+#[derive(Debug, Clone, Copy, Default)]
+struct Course {
+    first_ue: f32,
+    early: Half,
+    late: Half,
+}
+
 /// Sums of one half of a tare.
 #[derive(Debug, Clone, Copy, Default)]
 struct Half {
-    sum: [f32; FINGERS],
-    squares: [f32; FINGERS],
-    ticks: u16,
+    sum: f32,
+    squares: f32,
 }
 
-/// A tare that is running. Strains count from the first one, which keeps the sums small.
-#[derive(Debug, Clone, Copy)]
+/// A tare that is running.
+#[derive(Debug, Clone, Copy, Default)]
 struct Tare {
-    first: Option<[f32; FINGERS]>,
-    halves: [Half; 2],
+    courses: [Course; FINGERS],
+    ticks: u16,
 }
 
 /// The zero of every gauge.
@@ -117,10 +124,7 @@ impl Zero {
 
     /// Starts averaging for new offsets.
     pub fn start_tare(&mut self) {
-        self.tare = Some(Tare {
-            first: None,
-            halves: [Half::default(); 2],
-        });
+        self.tare = Some(Tare::default());
     }
 
     /// One tick: tracks the zero, or feeds a running tare and says once how it ended. `idle`: the gripper
@@ -132,15 +136,20 @@ impl Zero {
         idle: bool,
         contact_ue: f32,
     ) -> Option<TareResult> {
+        if !idle && self.tare.is_none() {
+            self.rest_ticks = 0;
+            self.leaning_ticks = 0;
+            return None;
+        }
         let open = matches!(reading.monitor, Monitor::Valid(pressure) if pressure.0 < OPEN_KPA);
         if self.tare.is_some() {
             return self.tare_step(reading, idle, open, contact_ue);
         }
         // A tick without data is no news.
-        if idle && matches!(reading.monitor, Monitor::Missing) {
+        if matches!(reading.monitor, Monitor::Missing) {
             return None;
         }
-        if !(idle && open) {
+        if !open {
             self.rest_ticks = 0;
             self.leaning_ticks = 0;
             return None;
@@ -152,6 +161,7 @@ impl Zero {
         None
     }
 
+    #[inline(never)]
     fn track(&mut self, reading: &Reading, contact: &Contact) {
         self.leaning_ticks = match contact.touching_count() {
             0 => 0,
@@ -164,15 +174,16 @@ impl Zero {
             self.learned_ticks = self.learned_ticks.saturating_add(1);
         }
         let share = 1.0 / f32::from(self.learned_ticks.max(1));
-        for (i, offset) in self.offsets.iter_mut().enumerate() {
-            let Some(strain) = reading.gauges[i].strain() else {
+        let fingers = reading.gauges.iter().zip(contact.touching);
+        for (offset, (gauge, touching)) in self.offsets.iter_mut().zip(fingers) {
+            let Some(strain) = gauge.strain() else {
                 continue;
             };
             if learning {
                 let raw = strain.0 + offset.tared_ue + offset.drift_ue;
                 offset.rest_ue += share * (raw - offset.rest_ue);
             }
-            if contact.touching[i] {
+            if touching {
                 continue;
             }
             let step = (strain.0 * (TICK_MS / TRACKING_MS)).clamp(-MOST_UE, MOST_UE);
@@ -185,6 +196,7 @@ impl Zero {
         }
     }
 
+    #[inline(never)]
     fn tare_step(
         &mut self,
         reading: &Reading,
@@ -221,8 +233,9 @@ impl Zero {
     fn finish(&mut self, tare: &Tare, contact_ue: f32) -> TareResult {
         let mut measured = [0.0; FINGERS];
         let due = self.tare_is_due();
-        for (i, (measured, offset)) in measured.iter_mut().zip(&self.offsets).enumerate() {
-            let (mean, drift, variance) = tare.statistics(i);
+        let courses = self.offsets.iter().zip(&tare.courses);
+        for (measured, (offset, course)) in measured.iter_mut().zip(courses) {
+            let (mean, drift, variance) = course.statistics();
             if variance > TARE_NOISE_UE * TARE_NOISE_UE {
                 return Err(TareFault::Noise);
             }
@@ -259,34 +272,34 @@ impl Zero {
 impl Tare {
     /// Takes one tick's strains, µε; says whether that was the last one.
     fn add(&mut self, strain_ue: [f32; FINGERS]) -> bool {
-        let first = *self.first.get_or_insert(strain_ue);
-        let [early, late] = &mut self.halves;
-        let half = match early.ticks < TARE_TICKS / 2 {
-            true => early,
-            false => late,
-        };
-        half.ticks = half.ticks.saturating_add(1);
-        for i in 0..FINGERS {
-            let strain = strain_ue[i] - first[i];
-            half.sum[i] += strain;
-            half.squares[i] += strain * strain;
+        let is_first = self.ticks == 0;
+        let is_early = self.ticks < TARE_TICKS / 2;
+        for (course, strain_ue) in self.courses.iter_mut().zip(strain_ue) {
+            if is_first {
+                course.first_ue = strain_ue;
+            }
+            let strain = strain_ue - course.first_ue;
+            let half = match is_early {
+                true => &mut course.early,
+                false => &mut course.late,
+            };
+            half.sum += strain;
+            half.squares += strain * strain;
         }
-        let [_, late] = &self.halves;
-        late.ticks >= TARE_TICKS / 2
+        self.ticks = self.ticks.saturating_add(1);
+        self.ticks >= TARE_TICKS
     }
+}
 
-    /// Mean, difference of the halves' means, and variance about them, of one gauge.
-    fn statistics(&self, gauge: usize) -> (f32, f32, f32) {
+impl Course {
+    /// Mean, difference of the halves' means, and variance about them.
+    fn statistics(&self) -> (f32, f32, f32) {
         const N: f32 = (TARE_TICKS / 2) as f32;
-        let first = self.first.map_or(0.0, |first| first[gauge]);
-        let [early, late] = self.halves.map(|half| half.sum[gauge] / N);
-        let squares = self.halves.map(|half| half.squares[gauge] / N);
-        let variance = 0.5 * (squares[0] - early * early + squares[1] - late * late);
-        (
-            first + 0.5 * (early + late),
-            late - early,
-            variance.max(0.0),
-        )
+        let (early, late) = (self.early.sum / N, self.late.sum / N);
+        let squares = (self.early.squares + self.late.squares) / N;
+        let variance = 0.5 * (squares - early * early - late * late);
+        let mean = self.first_ue + 0.5 * (early + late);
+        (mean, late - early, variance.max(0.0))
     }
 }
 

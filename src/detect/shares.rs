@@ -2,6 +2,7 @@
 
 use crate::FINGERS;
 use crate::estimate::Contact;
+use crate::math::larger;
 
 /// A finger that carries less than this share of the strongest one's residual is not part of the grip.
 const CARRYING: f32 = 0.2;
@@ -31,7 +32,7 @@ impl Shares {
         contact: &Contact,
         noise_variance: &[f32; FINGERS],
     ) -> Option<Self> {
-        let strongest = reference.iter().copied().fold(0.0, f32::max);
+        let strongest = reference.iter().copied().fold(0.0, larger);
         let mut all = Finger::EMPTY;
         let mut fingers = 0usize;
         let mut emptiest: Option<Finger> = None;
