@@ -472,7 +472,7 @@ mod tests {
     use super::*;
     use crate::frontend::FrontEnd;
     use crate::settings::Settings;
-    use crate::table::{FINGER, Range};
+    use crate::table::{self, FINGER, Range};
     use crate::units::{Degrees, Kilopascals};
     use std::vec::Vec;
 
@@ -493,7 +493,7 @@ mod tests {
                 active: Settings::default()
                     .validate(&FrontEnd::REFERENCE, &FINGER)
                     .expect("good settings"),
-                free: FINGER.free_strain(Kilopascals(140.0)).0,
+                free: table::free_strain(&FINGER, Kilopascals(140.0)).0,
                 motion: Motion::Moving,
                 tick: 0,
             }
@@ -759,7 +759,7 @@ mod tests {
                 lagged += (inflated - lagged) / 26.0;
                 // The grip ends at 95 kPa.
                 let share = ((lagged - 95.0) / 45.0f32).max(0.0);
-                bench.free = FINGER.free_strain(Kilopascals(lagged)).0;
+                bench.free = table::free_strain(&FINGER, Kilopascals(lagged)).0;
                 let air = Air {
                     measured: Some(Kilopascals(pressure)),
                     expected: Kilopascals(140.0),

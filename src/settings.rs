@@ -3,7 +3,7 @@
 use crate::TICK_US;
 use crate::frontend::FrontEnd;
 use crate::math::lag_gain;
-use crate::table::FingerTable;
+use crate::table::{self, FingerTable};
 use crate::units::{Kilopascals, Volts};
 
 /// What the outputs do when a fault is latched, where the fault leaves a choice.
@@ -208,7 +208,7 @@ impl Settings {
         let default = Self::default();
         let max = ceiling(front_end, table).min(default.max_pressure_kpa);
         let share = max / default.max_pressure_kpa;
-        let (free, _) = table.free_strain(Kilopascals(max));
+        let (free, _) = table::free_strain(table, Kilopascals(max));
         Self {
             // What is the least that may be set.
             grip_pressure_kpa: (GRIP * max).max(1.0),
@@ -347,7 +347,7 @@ mod tests {
     fn shorter(max_pressure_kpa: f32) -> FingerTable {
         let row = |i: usize| {
             let share = i as f32 / (ROWS - 1) as f32;
-            FINGER.row(Kilopascals(share * max_pressure_kpa)).0
+            table::row(&FINGER, Kilopascals(share * max_pressure_kpa)).0
         };
         FingerTable {
             max_pressure_kpa,
@@ -401,7 +401,7 @@ mod tests {
     #[test]
     fn a_finger_that_strains_little_is_touched_by_less() {
         let table = shorter(30.0);
-        let (free, _) = table.free_strain(Kilopascals(30.0));
+        let (free, _) = table::free_strain(&table, Kilopascals(30.0));
         let settings = Settings::for_finger(&FrontEnd::REFERENCE, &table);
         assert!(settings.contact_ue < 500.0 && settings.contact_ue >= 100.0);
         assert!(settings.contact_ue < 0.5 * free.0, "{free:?}");

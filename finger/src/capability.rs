@@ -5,13 +5,12 @@
 //! Complementarity decides which links touch. The lift of that state carries `m (g + a)`.
 
 use nalgebra::{DMatrix, DVector};
+use softgrip_table::LINKS;
 
-use crate::chain::LINKS;
 use crate::complementarity::complementary;
 use crate::contact::{self, Contact};
 use crate::links;
-pub use crate::object::Object;
-use crate::object::Touch;
+use crate::object::{Object, Touch};
 
 /// Standard gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.806_65;

@@ -10,7 +10,8 @@
 //! The paper subtracts only the next joint's torque, counts the next contact twice and leaves friction out.
 //! The links' weights (a few percent of the joints' torques) are left out here.
 
-use crate::chain::LINKS;
+use softgrip_table::LINKS;
+
 use crate::links;
 
 /// Fingers of the gripper, evenly spaced around the object.

@@ -1,9 +1,11 @@
 //! The finger along its length: sections, rubber, tip and root, and what follows without solving anything.
 
 use serde::Deserialize;
+use softgrip_table::LINKS;
 
-use crate::chain::{Gauge, Grasp, LINKS};
+use crate::chain::Gauge;
 use crate::check::{FieldError, within, wrong};
+use crate::grasp::Grasp;
 use crate::hyperelastic::Rubber;
 use crate::links;
 use crate::material::RubberPart;

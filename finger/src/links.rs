@@ -4,7 +4,8 @@
 //! half a link beyond each joint. Its eq. 20 takes an arctangent that cannot pass 90°, and eqs. 22–23 sum
 //! link angles where joint angles belong; here `Φ_i = θ(s_i)`, `φ_i = Φ_i − Φ_{i−1}`.
 
-use crate::chain::LINKS;
+use softgrip_table::LINKS;
+
 use crate::curve::Curve;
 
 /// Arc length of each link's mid-point, m from the clamp.

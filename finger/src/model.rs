@@ -1,6 +1,8 @@
 //! From a finger's geometry to its equivalent chain at given pressures.
 
-use crate::chain::{Chain, LINKS};
+use softgrip_table::{LINKS, ROWS};
+
+use crate::chain::Chain;
 use crate::cubic::MonotoneCubic;
 use crate::curve::{self, Curve, CurveError};
 use crate::geometry::Geometry;
@@ -15,7 +17,7 @@ const SPACING_M: f64 = 11.5e-3;
 
 /// Pressures at which a chain's torques are solved: twice as fine as the table, so that the table's
 /// interpolation error is measured against solved pressures between its rows.
-const KNOTS: usize = 2 * (crate::table::ROWS - 1);
+const KNOTS: usize = 2 * (ROWS - 1);
 
 /// Why a finger has no chain.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,6 +1,7 @@
 //! Objects between the fingers, in a finger's plane, and where a chain of round links touches them.
 
-use crate::chain::LINKS;
+use softgrip_table::LINKS;
+
 use crate::contact::Contact;
 
 /// An object on the gripper's axis.

@@ -11,7 +11,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::hyperelastic::{Gradient, Tangent};
+use crate::deformation::{Gradient, Tangent};
 
 /// Most terms of an energy.
 pub const TERMS: usize = 6;

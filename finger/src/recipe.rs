@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
+use softgrip_table::LINKS;
 
-use crate::chain::{Chain, Grasp, LINKS};
+use crate::chain::Chain;
 use crate::check::{FieldError, each_within, within, wrong};
 use crate::cubic::MonotoneCubic;
 use crate::geometry::{Description, Geometry};
+use crate::grasp::Grasp;
 use crate::model::ModelError;
 use crate::mounting::{GaugePart, GraspPart};
 

@@ -9,7 +9,7 @@ use crate::estimate::Contact;
 use crate::event::{Event, Events};
 use crate::fault::Fault;
 use crate::settings::Active;
-use crate::table::{FingerTable, Range};
+use crate::table::{self, FingerTable, Range};
 use crate::units::{Instant, Kilopascals};
 
 /// A command that comes again within this time, with no other in between, is the same command: drivers
@@ -200,7 +200,7 @@ impl Supervisor {
             // A NaN is in no range.
             Grip::Pressure(pressure) if pressure.0 > 0.0 && pressure.0 <= limit => Ok(pressure),
             Grip::Pressure(_) => Err(Refusal::PressureOutOfRange),
-            Grip::Bend(bend) => match table.pressure_for_bend(bend) {
+            Grip::Bend(bend) => match table::pressure_for_bend(table, bend) {
                 (pressure, Range::Inside) if pressure.0 > 0.0 && pressure.0 <= limit => {
                     Ok(pressure)
                 }
