@@ -4,7 +4,7 @@ use crate::capability::{Grip, GripError};
 use crate::chain::Chain;
 use crate::object::Object;
 
-/// An object and where it is gripped.
+/// An object on the gripper's axis and where it is gripped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gripped {
     /// Shape and size.
@@ -18,9 +18,9 @@ pub struct Gripped {
 pub struct Grasp {
     /// Distance of the fingers' clamps from the gripper's axis, m.
     pub palm_radius_m: f64,
-    /// Distance of the touching surface from the chain, m.
+    /// Distance of the finger's touching surface from the chain, m.
     pub link_radius_m: f64,
-    /// Coefficient of friction.
+    /// Coefficient of Coulomb friction between finger and object.
     pub friction: f64,
     /// The sphere that the table is for.
     pub sphere: Gripped,
@@ -29,7 +29,7 @@ pub struct Grasp {
 }
 
 impl Grasp {
-    /// Three fingers at a pressure.
+    /// Three such fingers at a pressure, kPa, as statics takes them.
     pub fn grip(&self, finger: &Chain, pressure_kpa: f64) -> Grip {
         Grip {
             link_length_m: finger.link_length_m,
@@ -41,11 +41,11 @@ impl Grasp {
         }
     }
 
-    /// Greatest force of three fingers against gravity on an object, N; none where fingers and object
-    /// find no equilibrium.
+    /// Greatest force of three fingers against gravity on an object at a pressure, kPa, in N
+    /// ([`Grip::strongest`]); none where fingers and object find no equilibrium.
     ///
     /// # Errors
-    /// [`GripError`], if a dimension is wrong.
+    /// [`GripError`], if a dimension is wrong or the object does not fit between the open fingers.
     pub fn lift_n(
         &self,
         gripped: Gripped,

@@ -76,7 +76,8 @@ impl Rubber {
         }
     }
 
-    /// The rubber that is stiffer by `factor` at every strain.
+    /// The rubber whose energy at constant volume is `factor` times this one's at every strain; the bulk
+    /// modulus stays.
     pub fn scaled(&self, factor: f64) -> Self {
         let energy = match &self.energy {
             Energy::Yeoh(constants) => Energy::Yeoh(constants.map(|c| factor * c)),

@@ -4,7 +4,7 @@ use softgrip_table::LINKS;
 
 use crate::contact::Contact;
 
-/// An object on the gripper's axis.
+/// Shape and size of an object that is centred on the gripper's axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Object {
     /// A sphere.

@@ -20,7 +20,8 @@ impl Energy {
         }
     }
 
-    /// Whether a deformation with these principal stretches, brought to constant volume, is stable.
+    /// Whether a deformation with these principal stretches, in any order and brought to constant volume, is
+    /// stable by Hill's inequality.
     pub fn is_stable_at(&self, stretches: [f64; 3]) -> bool {
         let volume: f64 = stretches.iter().product();
         let stretches = Vector3::from(stretches) / volume.cbrt();
