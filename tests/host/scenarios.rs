@@ -6,7 +6,7 @@ use softgrip::detect::LossCause;
 use softgrip::fault::Fault;
 use softgrip::grasp::State;
 use softgrip::settings::{OnFault, OnLoss, Settings};
-use softgrip::table::{FINGER, ObjectKind};
+use softgrip::table::{self, FINGER, ObjectKind};
 use softgrip::telemetry::Event;
 use softgrip::units::{Degrees, Kilograms, Kilopascals, MetresPerSecondSquared};
 use softgrip::{Command, Grip};
@@ -410,7 +410,7 @@ fn a_grip_for_a_payload_takes_the_lowest_pressure_with_the_margin() {
     board.step(Command::Grip(Grip::Payload(payload)));
     board.run(2_000);
     let target = board.state().target();
-    let lift = FINGER.lift(ObjectKind::Sphere, target);
+    let lift = table::lift(&FINGER, ObjectKind::Sphere, target);
     let (lift, _) = lift.expect("the recipe has a grasp");
     // 20 % beyond 0.1 kg × 14.8 m/s².
     assert!((lift.0 - 1.2 * 1.480_665).abs() < 1e-3, "{lift:?}");
@@ -492,7 +492,7 @@ fn a_grip_at_a_bend_goes_to_the_tables_pressure() {
     let mut board = MockBoard::new(Settings::default());
     board.step(Command::Grip(Grip::Bend(Degrees(57.3))));
     board.run(2_000);
-    let (pressure, _) = FINGER.pressure_for_bend(Degrees(57.3));
+    let (pressure, _) = table::pressure_for_bend(&FINGER, Degrees(57.3));
     assert!(
         (board.pressure_kpa - pressure.0).abs() < 1.0,
         "{}",

@@ -5,6 +5,7 @@ use finger::capability::GRAVITY_M_S2;
 use rayon::prelude::*;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
+use softgrip::table;
 use softgrip::units::Kilopascals;
 
 use crate::baselines::Baselines;
@@ -33,13 +34,11 @@ pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
                 let mut setup = setup.clone();
                 setup.scenario.pressure_kpa = pressure_kpa;
                 let kind = match object {
-                    ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
-                    ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
+                    ObjectKind::Sphere => table::ObjectKind::Sphere,
+                    ObjectKind::Cylinder => table::ObjectKind::Cylinder,
                 };
                 let pressure = Kilopascals(pressure_kpa as f32);
-                let (lift, _) = base
-                    .table()
-                    .lift(kind, pressure)
+                let (lift, _) = table::lift(base.table(), kind, pressure)
                     .with_context(|| format!("the lift of the {object} at {pressure_kpa} kPa is not known: fingers and object find no equilibrium"))?;
                 setup.scenario.mass_kg = load * f64::from(lift.0) / (GRAVITY_M_S2 + 10.0);
                 setups.push((setup, closing.clone()));

@@ -3,7 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use finger::capability::{GRAVITY_M_S2, Object};
+use finger::capability::GRAVITY_M_S2;
+use finger::object::Object;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -14,7 +15,7 @@ use sim::run;
 use sim::scenario::{ObjectKind, Scenario};
 use sim::setup::Setup;
 use softgrip::settings::Settings;
-use softgrip::table::FingerTable;
+use softgrip::table::{self, FingerTable};
 use softgrip::units::Kilopascals;
 use softgrip::{Controller, FINGERS};
 
@@ -147,10 +148,10 @@ impl Draw {
         *radius_m *= self.between(0.92, 1.0);
 
         let kind = match object {
-            ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
-            ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
+            ObjectKind::Sphere => table::ObjectKind::Sphere,
+            ObjectKind::Cylinder => table::ObjectKind::Cylinder,
         };
-        let lift = table.lift(kind, Kilopascals(pressure_kpa as f32));
+        let lift = table::lift(table, kind, Kilopascals(pressure_kpa as f32));
         // `evaluation::check` has seen to it that it is known.
         lift.map_or(0.0, |(lift, _)| f64::from(lift.0)) * friction / 0.8
     }

@@ -2,7 +2,7 @@
 
 use anyhow::ensure;
 use sim::setup::Setup;
-use softgrip::table::ObjectKind;
+use softgrip::table::{self, ObjectKind};
 
 use crate::case::KNOWLEDGE;
 use crate::options::{NOISE_UE, Options};
@@ -38,7 +38,7 @@ const HIGHEST_KPA: f32 = 160.0;
 /// With what the recipe would have to give.
 pub fn check(base: &Setup) -> anyhow::Result<()> {
     for kind in [ObjectKind::Sphere, ObjectKind::Cylinder] {
-        let known = base.table().lift_known_to(kind).map_or(0.0, |kpa| kpa.0);
+        let known = table::lift_known_to(base.table(), kind).map_or(0.0, |kpa| kpa.0);
         ensure!(
             known >= HIGHEST_KPA,
             "evaluate grips at 100 to {HIGHEST_KPA} kPa: the recipe {} tells the lift up to {known} kPa only",

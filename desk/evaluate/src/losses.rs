@@ -1,6 +1,6 @@
 //! The losses, a row each, as CSV.
 
-use finger::capability::Object;
+use finger::object::Object;
 
 use crate::trial::{Loss, Report, Trial, Verdict};
 

@@ -4,7 +4,7 @@
 use rand::Rng;
 use sim::air::{Lag, Swing, Valve};
 use sim::gripper::Gripper;
-use softgrip::table::FingerTable;
+use softgrip::table::{self, FingerTable};
 use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
 
@@ -83,7 +83,8 @@ impl<R: Rng> Surrogate<R> {
             .step(regulator, Valve::wanted_kpa(regulator, dac));
         let pressure_kpa = (self.pressure.step(valve_kpa) + ripple_kpa).max(0.0);
         let inflated_kpa = self.inflation.step(pressure_kpa);
-        let free_at = |kpa: f64| f64::from(self.table.free_strain(Kilopascals(kpa as f32)).0.0);
+        let free_at =
+            |kpa: f64| f64::from(table::free_strain(self.table, Kilopascals(kpa as f32)).0.0);
         let mut free = free_at(self.bending.step(inflated_kpa));
 
         let mut residual = [0.0; FINGERS];

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use finger::capability::Object;
-use finger::chain::Grasp;
+use finger::grasp::Grasp;
+use finger::object::Object;
 use sim::arm::Phase;
 use sim::run::{Outcome, Pose, Run};
 use sim::scenario::ObjectKind;

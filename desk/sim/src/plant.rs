@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use finger::capability::Object;
-use finger::chain::{Chain, Grasp};
+use finger::chain::Chain;
+use finger::grasp::Grasp;
+use finger::object::Object;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

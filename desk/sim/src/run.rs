@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant as WallClock};
 
-use finger::chain::{Chain, Grasp};
+use finger::chain::Chain;
+use finger::grasp::Grasp;
 use finger::recipe::Recipe;
-use finger::table::Table;
 use softgrip::settings::Settings;
 use softgrip::table::{FINGER, FingerTable};
 use softgrip::telemetry::{Event, Snapshot};
@@ -123,23 +123,7 @@ pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
     if recipe.inputs_hash == FINGER.inputs_hash {
         return Ok(&FINGER);
     }
-    let table = Table::of(recipe)?;
-    Ok(Box::leak(Box::new(FingerTable {
-        recipe: Box::leak(table.recipe.clone().into_boxed_str()),
-        inputs_hash: table.inputs_hash,
-        error_bound_percent: table.error_bound_percent,
-        lift_error_percent: table.lift_error_percent,
-        lift_rows: table.lift_rows,
-        max_pressure_kpa: table.max_pressure_kpa,
-        stiffness_nmm_per_deg: table.stiffness_nmm_per_deg,
-        rows: table.rows.map(|row| softgrip::table::Row {
-            free_strain_ue: row.free_strain_ue,
-            tip_angle_deg: row.tip_angle_deg,
-            tip_mm: row.tip_mm,
-            torque_nmm: row.torque_nmm,
-            lift_n: row.lift_n,
-        }),
-    })))
+    Ok(Box::leak(Box::new(finger::table::of(recipe)?)))
 }
 
 /// A controller with a recipe's table and these settings.

@@ -1,8 +1,9 @@
 //! One run with everything in it that can be varied, and the names under which it is varied.
 
 use anyhow::{Context, ensure};
-use finger::capability::Object;
-use finger::chain::{Chain, Grasp, Gripped};
+use finger::chain::Chain;
+use finger::grasp::{Grasp, Gripped};
+use finger::object::Object;
 use finger::recipe::Recipe;
 use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;

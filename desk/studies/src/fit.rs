@@ -4,6 +4,7 @@
 //! seven dimensions and constants. So the few that it can tell are chosen by a rule ([`identify`]) and
 //! fitted, and the rest stay as the recipe has them.
 
+pub mod change;
 pub mod data;
 pub mod identify;
 pub mod parameter;
@@ -18,7 +19,8 @@ use finger::recipe::{self, Recipe};
 use nalgebra::DMatrix;
 use toml_edit::DocumentMut;
 
-use data::{Hysteresis, Measurements, Noise, Point};
+use change::Change;
+use data::{Hysteresis, Measurements, Noise, Point, Quantity};
 use identify::Identified;
 use parameter::Parameter;
 use problem::Problem;
@@ -35,17 +37,6 @@ pub struct Request<'a> {
     pub noise: Noise,
     /// What is not to be changed.
     pub known: &'a [Parameter],
-}
-
-/// A parameter that has been fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change {
-    /// Which.
-    pub parameter: Parameter,
-    /// By how many of its steps.
-    pub steps: f64,
-    /// Standard deviation if the other parameters are as the recipe has them, in steps.
-    pub deviation: f64,
 }
 
 /// A fit and what it is worth.
@@ -105,33 +96,14 @@ impl Fit {
                 identify::DISTINCT
             );
         }
-        let near = |error: anyhow::Error| error.context(format!("{}", request.measured.display()));
-        // To the thousandth of a step, so that the recipe does not pretend to more.
-        let steps: Vec<f64> = problem
-            .solve(&chosen)
-            .map_err(near)?
-            .iter()
-            .map(|steps| report::json::round(*steps, 3))
-            .collect();
-        let jacobian = problem
-            .residuals(&chosen, &steps)
-            .and_then(|here| problem.jacobian(&chosen, &steps, &here))
-            .map_err(near)?;
-        let covariance = (jacobian.transpose() * &jacobian).try_inverse();
-        let changes: Vec<Change> = (0..chosen.len())
-            .map(|i| Change {
-                parameter: chosen[i],
-                steps: steps[i],
-                deviation: covariance
-                    .as_ref()
-                    .map_or(f64::INFINITY, |c| c[(i, i)].sqrt()),
-            })
-            .collect();
+        let changes = changes(&problem, &chosen)
+            .with_context(|| format!("{}", request.measured.display()))?;
         let measured = match request.measured.file_name() {
             Some(name) => name.to_string_lossy().into_owned(),
             None => request.measured.display().to_string(),
         };
-        let toml = text::recipe(
+        let steps: Vec<f64> = changes.iter().map(|change| change.steps).collect();
+        let toml = change::recipe(
             problem.changed(&chosen, &steps),
             &measured,
             &start.name,
@@ -177,6 +149,12 @@ impl Fit {
         &self.identified
     }
 
+    /// The measured points of one quantity, in rising pressure.
+    fn of(&self, quantity: Quantity) -> impl Iterator<Item = &Point> {
+        let points = self.points.iter();
+        points.filter(move |point| point.quantity == quantity)
+    }
+
     /// Root mean square of measured less modelled values, in standard deviations of the noise.
     fn misfit(&self, recipe: &Recipe) -> f64 {
         let squares = self.points.iter().map(|point| {
@@ -185,6 +163,31 @@ impl Fit {
         });
         (squares.sum::<f64>() / self.points.len() as f64).sqrt()
     }
+}
+
+/// Fits the chosen parameters, with the standard deviation of each.
+fn changes(problem: &Problem, chosen: &[Parameter]) -> anyhow::Result<Vec<Change>> {
+    // To the thousandth of a step, so that the recipe does not pretend to more.
+    let steps: Vec<f64> = problem
+        .solve(chosen)?
+        .iter()
+        .map(|steps| report::json::round(*steps, 3))
+        .collect();
+    let here = problem.residuals(chosen, &steps)?;
+    let jacobian = problem.jacobian(chosen, &steps, &here)?;
+    let covariance = (jacobian.transpose() * &jacobian).try_inverse();
+    let deviation = |i: usize| {
+        covariance
+            .as_ref()
+            .map_or(f64::INFINITY, |c| c[(i, i)].sqrt())
+    };
+    Ok((0..chosen.len())
+        .map(|i| Change {
+            parameter: chosen[i],
+            steps: steps[i],
+            deviation: deviation(i),
+        })
+        .collect())
 }
 
 /// Mean change of the modelled values per step of each parameter, %.

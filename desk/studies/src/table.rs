@@ -10,10 +10,10 @@ use finger::chain::{Chain, LINKS};
 use finger::geometry::Geometry;
 use finger::model::{ModelError, Solved};
 use finger::recipe::Recipe;
-use finger::table::Table;
 use serde_json::{Value, json};
 
 use report::json::round;
+use softgrip::table::FingerTable;
 
 use crate::paper;
 
@@ -31,7 +31,7 @@ struct Sensitivity {
 /// A finger, its table, and the paper's finger to compare with.
 pub struct Report {
     recipe: Recipe,
-    table: Table,
+    table: FingerTable,
     /// Time to get from the recipe's text to the table, s.
     generation_s: f64,
     published: Chain,
@@ -50,7 +50,7 @@ impl Report {
     ) -> anyhow::Result<Self> {
         let start = Instant::now();
         let recipe = load()?;
-        let table = Table::of(&recipe)?;
+        let table = finger::table::of(&recipe)?;
         let generation_s = start.elapsed().as_secs_f64();
 
         let max = recipe.chain.max_pressure_kpa();
@@ -101,7 +101,7 @@ impl Report {
             "generation_s": round(self.generation_s, 3),
             "max_pressure_kpa": table.max_pressure_kpa,
             "rows": table.rows.len(),
-            "bytes": size_of::<softgrip::table::FingerTable>(),
+            "bytes": size_of::<FingerTable>(),
             "interpolation_error_percent": number(table.error_bound_percent.into()),
             "lift_error_percent": number(table.lift_error_percent.into()),
             "link_mass_g": masses(chain).map(number),

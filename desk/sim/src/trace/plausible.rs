@@ -5,7 +5,7 @@ use softgrip::condition::{Monitor, Reading};
 use softgrip::estimate::Estimator;
 use softgrip::frontend::FrontEnd;
 use softgrip::settings::{GaugeSense, Settings};
-use softgrip::table::FingerTable;
+use softgrip::table::{self, FingerTable};
 use softgrip::units::Kilopascals;
 
 use super::resample::resample;
@@ -165,7 +165,7 @@ fn check_strain(
 
 /// What a free finger shows at most, µε.
 fn free_strain(table: &FingerTable, kpa: f64) -> f64 {
-    f64::from(table.free_strain(Kilopascals(kpa as f32)).0.0)
+    f64::from(table::free_strain(table, Kilopascals(kpa as f32)).0.0)
 }
 
 /// A gauge that is the wrong way round. Under a blocked finger strain may go below zero, down to a seventh of

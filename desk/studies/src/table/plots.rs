@@ -3,6 +3,7 @@
 use finger::capability::GRAVITY_M_S2;
 use finger::chain::Chain;
 use finger::links;
+use finger::table::interpolation_error_percent;
 use plotters::chart::SeriesLabelPosition;
 use plotters::style::RGBColor;
 
@@ -115,7 +116,7 @@ impl Report {
 
     /// Interpolation error over pressure.
     fn interpolation(&self) -> Panel {
-        let points = self.table.interpolation_error_percent(&self.recipe.chain);
+        let points = interpolation_error_percent(&self.table, &self.recipe.chain);
         Panel {
             title: "interpolation error of the table; the budget is 0.1 %".into(),
             x_label: "pressure, kPa",
