@@ -1,4 +1,4 @@
-//! Traces: what a gripper's gauges and regulator showed over time, as CSV.
+//! Traces as CSV: strains, pressure and set-point over time.
 
 mod clock;
 mod plausible;

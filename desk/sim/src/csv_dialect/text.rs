@@ -1,4 +1,4 @@
-//! Bytes → lines → cells.
+//! Decoding of bytes, and splitting into lines and cells.
 
 use std::borrow::Cow;
 
@@ -40,13 +40,13 @@ pub fn decode(bytes: &[u8]) -> anyhow::Result<Cow<'_, str>> {
     })
 }
 
-/// Whether the last line is a whole one.
+/// Whether the last line ends with an end-of-line.
 pub fn has_ending(bytes: &[u8]) -> bool {
     let mut end = bytes.iter().rev().filter(|byte| **byte != 0);
     end.next().is_some_and(|byte| b"\r\n".contains(byte))
 }
 
-/// Nothing but separators.
+/// Whether a line has no cell with content, only separators.
 pub fn is_empty(line: &str) -> bool {
     line.chars()
         .all(|c| c.is_whitespace() || SEPARATORS.contains(&c))

@@ -1,4 +1,4 @@
-//! The time column: what a logger's clock leaves to guess.
+//! The time column: units, jitter, gaps and rounded times.
 
 use anyhow::{Context, bail, ensure};
 
@@ -125,7 +125,7 @@ fn notes_on_gaps(
     Ok(())
 }
 
-/// What a slow trace cannot tell.
+/// Notes on what a trace at this rate, Hz, cannot show.
 fn notes_on_rate(hz: f64, notes: &mut Vec<String>) {
     // On thinned runs of the simulated gripper a loss was told later by up to 7 ms at 100 Hz, 65 at 50, 100 at
     // 40, 320 at 20 and 600 at 10.
