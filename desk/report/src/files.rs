@@ -1,4 +1,4 @@
-//! Output files that are either whole or absent.
+//! Output files that are either complete or absent.
 
 use std::fs;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub fn write(dir: &Path, name: &str, content: &[u8]) -> anyhow::Result<()> {
         .with_context(|| format!("{}: cannot write", path.display()))
 }
 
-/// Makes sure that files can be written to `dir`, before any work is done for them.
+/// Creates `dir` and checks that files can be written there, before any work is done for them.
 pub fn prepare(dir: &Path) -> anyhow::Result<()> {
     let probe = dir.join(".softgrip.part");
     fs::create_dir_all(dir)
