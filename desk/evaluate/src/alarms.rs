@@ -1,4 +1,4 @@
-//! How often the controller reports a loss that is none: hours of holding and moving in which nothing is lost.
+//! False-alarm rate: the controller in hours of simulated operation in which no object is lost.
 
 use anyhow::Context;
 use finger::capability::GRAVITY_M_S2;
@@ -8,9 +8,9 @@ use sim::setup::Setup;
 use softgrip::units::Kilopascals;
 
 use crate::baselines::Baselines;
-use crate::bench;
 use crate::identified_model::IdentifiedModel;
 use crate::options::Options;
+use crate::rig;
 use crate::tally::Tally;
 use crate::workload::{Block, Programme, TICK_S, Workload};
 
@@ -27,7 +27,7 @@ pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
     for object in [ObjectKind::Sphere, ObjectKind::Cylinder] {
         let mut setup = base.clone();
         setup.scenario.object = object;
-        let closing = bench::closing(&setup);
+        let closing = rig::closing(&setup);
         for pressure_kpa in PRESSURES_KPA {
             for load in LOADS {
                 let mut setup = setup.clone();

@@ -1,11 +1,11 @@
-//! Detection latency and false alarms of the real controller on random losses and on hours of work, beside
-//! published rules; only what these two numbers need may be in it, and no command line.
+//! Detection latency and false-alarm rate of the controller, compared with published rules. Other studies and
+//! command lines do not belong here.
 //!
 //! ```text
 //! case ─► record (simulator) ─► trial ─► latency ─┬─► summary ─► tables, figures, page
 //!                                 └─► roc ◄───────┤
 //!                          baselines ─┘           │
-//! bench (simulator) ─► identified model ─► surrogate ─► workload ─► alarms
+//! rig (simulator) ─► identified model ─► surrogate ─► workload ─► alarms
 //!                         difference, slide        cycle ─┘   └─ tally
 //! ```
 #![forbid(unsafe_code)]
@@ -24,9 +24,9 @@ pub mod latency;
 mod losses;
 pub mod roc;
 
-pub mod bench;
 pub mod difference;
 pub mod identified_model;
+pub mod rig;
 pub mod slide;
 
 pub mod cycle;

@@ -1,4 +1,4 @@
-//! The evaluation's files.
+//! Writes the files of an evaluation.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Recordings on disk, so that work on the detector need not wait for the physics.
+//! Recordings on disk, so that the physics is not simulated again while the detector is changed.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use softgrip::settings::Settings;
 use crate::case::Case;
 use crate::record::{Recording, Tick};
 
-/// Numbers per tick.
+/// Values that are stored for each tick: the fields of `Tick`.
 const NUMBERS: usize = 7;
 
 /// Sources of simulator, finger and controller without its detector, and the versions of the engine and of all
