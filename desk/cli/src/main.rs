@@ -1,5 +1,5 @@
-//! The host command `softgrip`: arguments, progress and exit status, and nothing that another program could
-//! want.
+//! The host command `softgrip`: arguments, progress and exit status. Anything that another program could want
+//! belongs to another package.
 #![forbid(unsafe_code)]
 
 mod commands;

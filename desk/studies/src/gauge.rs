@@ -1,5 +1,5 @@
-//! Where on the finger should the gauge sit? The same randomised grasps, seen by gauges over every stretch of
-//! the finger.
+//! The best position of the gauge on the finger: gauges over every span of the finger, compared on the same
+//! random grasps.
 
 pub mod chart;
 pub mod judge;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
 
-use judge::{Floor, Seen, Span, judge, quantile};
+use judge::{Floor, ObjectResult, Span, judge, quantile};
 use record::{Grasps, HELD_ACCELS_M_S2, Wanted, grasps};
 
 /// Spans begin and end on multiples of this, m.
@@ -22,20 +22,20 @@ const GRID_M: f64 = 0.005;
 const SHORTEST_M: f64 = 0.015;
 /// A place that is so much worse than the best one is as good, as a share.
 const AS_GOOD: f64 = 0.05;
-/// The objects, in the order of [`Judged::seen`].
+/// The objects, in the order of [`SpanResult::seen`].
 pub const OBJECTS: [ObjectKind; 2] = [ObjectKind::Sphere, ObjectKind::Cylinder];
 
-/// A span and what it sees.
+/// A span with its results.
 #[derive(Debug, Clone)]
-pub struct Judged {
-    /// Where.
+pub struct SpanResult {
+    /// Position of the gauge.
     pub span: Span,
-    /// What it sees of each of [`OBJECTS`].
-    pub seen: [Seen; 2],
+    /// Results for each of [`OBJECTS`].
+    pub seen: [ObjectResult; 2],
 }
 
-impl Judged {
-    /// Whether no loss escapes it.
+impl SpanResult {
+    /// Whether it detects every loss.
     fn misses_nothing(&self) -> bool {
         let ms = self.seen.iter().flat_map(|seen| &seen.loss_ms);
         ms.into_iter().all(|ms| ms.is_finite())
@@ -46,18 +46,18 @@ impl Judged {
     }
 }
 
-/// Every span, and the recipe's.
-pub struct Study {
-    /// Of the grasps.
+/// Results of all spans and of the one in the recipe.
+pub struct GaugeStudy {
+    /// Seed of the random grasps.
     pub seed: u64,
-    /// What a slip must exceed.
+    /// Disturbances that a slip must exceed.
     pub floor: Floor,
     /// Grasps of each object.
     pub wanted: Wanted,
     /// Stretches of the finger, by their start and then by their end.
-    pub spans: Vec<Judged>,
-    /// The place in the recipe.
-    pub recipe: Judged,
+    pub spans: Vec<SpanResult>,
+    /// The span in the recipe.
+    pub recipe: SpanResult,
 }
 
 /// Runs the grasps of each object once and judges every span by them. `done` is called after each grasp.
@@ -67,7 +67,7 @@ pub fn study(
     floor: Floor,
     wanted: Wanted,
     done: impl Fn() + Sync,
-) -> anyhow::Result<Study> {
+) -> anyhow::Result<GaugeStudy> {
     let mut all: Vec<Grasps> = Vec::new();
     for object in OBJECTS {
         let mut setup = setup.clone();
@@ -75,11 +75,11 @@ pub fn study(
         all.push(grasps(&setup, seed, wanted, &done)?);
     }
     let chain = &setup.chain;
-    let judged = |span| Judged {
+    let judged = |span| SpanResult {
         span,
         seen: std::array::from_fn(|i| judge(span, chain, &all[i], floor)),
     };
-    Ok(Study {
+    Ok(GaugeStudy {
         seed,
         floor,
         wanted,
@@ -106,10 +106,10 @@ fn spans(chain: &Chain) -> Vec<Span> {
     (0..places).flat_map(from).collect()
 }
 
-impl Study {
+impl GaugeStudy {
     /// How much further, on the geometric mean of both objects, the object has slid in nine of ten losses when
     /// this span warns, than with the best span for each. Infinite for one that misses a loss.
-    fn cost(&self, judged: &Judged) -> f64 {
+    fn cost(&self, judged: &SpanResult) -> f64 {
         if !judged.misses_nothing() {
             return f64::INFINITY;
         }
@@ -122,7 +122,7 @@ impl Study {
     }
 
     /// The span that warns earliest.
-    pub fn best(&self) -> &Judged {
+    pub fn best(&self) -> &SpanResult {
         let mut best = &self.recipe;
         for judged in &self.spans {
             if self.cost(judged) < self.cost(best) {
@@ -132,7 +132,7 @@ impl Study {
         best
     }
 
-    /// What to do, in words.
+    /// The recommendation as text.
     pub fn recommendation(&self) -> String {
         let best = self.best();
         let limit = (1.0 + AS_GOOD) * self.cost(best);
@@ -171,7 +171,7 @@ impl Study {
         )
     }
 
-    /// A few of the spans, and what to do.
+    /// Selected spans and the recommendation, as text.
     pub fn text(&self) -> String {
         let mut out = format!(
             "{} losses and {} held grasps of each object, seed {}, {} µε of noise, {} % of drift\n\n",
@@ -212,7 +212,7 @@ impl Study {
         out
     }
 
-    /// For a program. What never happens is null.
+    /// The study as JSON; what never happens is null.
     pub fn json(&self) -> Value {
         json!({
             "seed": self.seed,
@@ -228,8 +228,8 @@ impl Study {
     }
 }
 
-fn json(judged: &Judged) -> Value {
-    let seen = |seen: &Seen| {
+fn json(judged: &SpanResult) -> Value {
+    let seen = |seen: &ObjectResult| {
         let finite = |x: f64, decimals| x.is_finite().then(|| round(x, decimals));
         let both = |sorted: &[f64], scale: f64| {
             json!({

@@ -1,8 +1,8 @@
-//! Many runs over any parameters of the simulated gripper: a grid, or a random sample.
+//! Runs over a grid or a random sample of any parameters of the simulated gripper.
 //!
-//! A sweep's directory holds `sweep.json`, which says what is swept, and `results.csv`, which grows in
-//! the order of the runs. So whatever is in it when a sweep is killed is finished, and a sweep that is
-//! started again goes on where it ended. Once all runs are there, `results.parquet` says the same.
+//! The directory of a sweep contains `sweep.json`, its specification, and `results.csv`, which grows in the
+//! order of the runs. A sweep that was interrupted continues where it ended. When all runs are done,
+//! `results.parquet` contains the same rows.
 
 pub mod columns;
 pub mod parquet;

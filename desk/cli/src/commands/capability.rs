@@ -1,4 +1,4 @@
-//! `softgrip capability`: the heaviest object against the arm's acceleration.
+//! `softgrip capability`: the heaviest object that arrives, over the arm's acceleration.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -62,12 +62,12 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let grams = |kg: Option<f64>| kg.map_or("none".into(), |kg| format!("{:.0} g", 1e3 * kg));
-    outln!("  m/s²  twin, whole cycle  statics, lift");
+    outln!("  m/s²  sim., whole cycle  statics, lift");
     for limit in &limits {
         outln!(
             "{:6}  {:>17}  {:>13}",
             limit.accel_m_s2,
-            grams(limit.twin_kg),
+            grams(limit.simulated_kg),
             grams(limit.static_kg)
         );
     }

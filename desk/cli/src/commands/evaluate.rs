@@ -1,4 +1,4 @@
-//! `softgrip evaluate`: latency and false alarms, the numbers that are published.
+//! `softgrip evaluate`: detection latency and false-alarm rate.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! `softgrip fit`: a recipe that bends as the finger on the bench.
+//! `softgrip fit`: fits a recipe to measurements of a free finger.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

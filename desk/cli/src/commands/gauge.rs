@@ -1,4 +1,4 @@
-//! `softgrip gauge`: where on the finger the gauge should sit.
+//! `softgrip gauge`: the best position of the gauge on the finger.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! `softgrip replay`: a recorded trace through the controller.
+//! `softgrip replay`: runs a recorded trace through the controller.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -28,14 +28,14 @@ pub struct ReplayArgs {
     recipe: Option<PathBuf>,
     /// What the gauges see.
     #[arg(long, value_enum, default_value = "bend")]
-    gauge: Gauge,
+    gauge: GaugeKind,
     /// Print one JSON object per event.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Gauge {
+enum GaugeKind {
     /// Bending; contact takes some of it away.
     Bend,
     /// Contact alone.
@@ -51,8 +51,8 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let trace = trace::read(&args.trace)?;
     let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
     let gauge_sense = match args.gauge {
-        Gauge::Bend => GaugeSense::Bend,
-        Gauge::Contact => GaugeSense::Contact,
+        GaugeKind::Bend => GaugeSense::Bend,
+        GaugeKind::Contact => GaugeSense::Contact,
     };
     let file = args.trace.display();
     let odd = trace::check(&trace, table, gauge_sense).with_context(|| format!("{file}"))?;

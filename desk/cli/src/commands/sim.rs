@@ -1,4 +1,4 @@
-//! `softgrip sim`: one pick-and-place run, or the two that show what this is about.
+//! `softgrip sim`: one pick-and-place run; without options, the two runs of the README.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! `softgrip sweep`: many runs, and joining the parts of a sweep.
+//! `softgrip sweep`: runs a sweep or a part of it, and merges parts.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! The picture of a fit: what was measured, the curves before and after, and the residuals.
+//! Figure of a fit: measurements, curves before and after, and residuals.
 
 use finger::recipe::Recipe;
 use plotters::coord::Shift;

@@ -1,4 +1,4 @@
-//! The least-squares problem: measurements against the model of a changed recipe.
+//! The least-squares problem: measurements minus the model of a changed recipe.
 
 use anyhow::ensure;
 use finger::geometry::Description;

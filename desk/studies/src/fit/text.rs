@@ -1,4 +1,4 @@
-//! A fit in words, as JSON, and as a recipe.
+//! The result of a fit as text, as JSON, and as a recipe.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use toml_edit::DocumentMut;
 
 use super::data::{Point, Quantity};
-use super::identify::{Candidate, DISTINCT, Verdict};
+use super::identify::{Candidate, DISTINCT, Selection};
 use super::parameter::Parameter;
 use super::{Change, Fit};
 use report::json::round;
@@ -32,7 +32,7 @@ pub(super) fn recipe(
     format!("{header}# What follows was said of the recipe before.\n#\n{recipe}")
 }
 
-/// What was changed, with its standard deviation.
+/// A fitted change with its standard deviation.
 fn sentence(change: &Change) -> String {
     let (step, unit) = change.parameter.step();
     let decimals = if unit == "%" { 1 } else { 4 };
@@ -45,7 +45,7 @@ fn sentence(change: &Change) -> String {
 }
 
 impl Fit {
-    /// For a person.
+    /// The result as plain text.
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
@@ -98,7 +98,7 @@ impl Fit {
 
     fn write_candidates(&self, out: &mut String) {
         let identified = &self.identified;
-        let fitted = |c: &Candidate| c.verdict == Verdict::Fitted;
+        let fitted = |c: &Candidate| c.selection == Selection::Fitted;
         let _ = writeln!(
             out,
             "parameter           step  change, %  effect  distinct  correlation             verdict"
@@ -122,7 +122,7 @@ impl Fit {
                 candidate.change_percent,
                 candidate.effect,
                 candidate.distinct,
-                words(candidate.verdict),
+                words(candidate.selection),
             );
         }
         let values: Vec<String> = identified
@@ -171,7 +171,7 @@ impl Fit {
         }
     }
 
-    /// What a reader could get wrong.
+    /// Warnings about the interpretation of the fit.
     fn warnings(&self) -> Vec<&'static str> {
         let fits = |parameter| self.changes.iter().any(|c| c.parameter == parameter);
         let alone = self.of(Quantity::TipAngle).next().is_none();
@@ -195,7 +195,7 @@ impl Fit {
         points.filter(move |point| point.quantity == quantity)
     }
 
-    /// For a program.
+    /// The result as JSON.
     pub fn json(&self) -> Value {
         let identified = &self.identified;
         let number = |x: f64| round(x, 4);
@@ -208,7 +208,7 @@ impl Fit {
                 "change_percent": number(c.change_percent),
                 "effect": number(c.effect),
                 "distinct": number(c.distinct),
-                "verdict": words(c.verdict),
+                "verdict": words(c.selection),
             })
         });
         let changes = self.changes.iter().map(|c| {
@@ -257,12 +257,12 @@ impl Fit {
     }
 }
 
-fn words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Fitted => "fitted",
-        Verdict::Known => "held: known",
-        Verdict::Weak => "held: moves the values too little",
-        Verdict::Alike => "held: looks like the fitted",
-        Verdict::Spare => "held: one too many for these values",
+fn words(selection: Selection) -> &'static str {
+    match selection {
+        Selection::Fitted => "fitted",
+        Selection::Known => "held: known",
+        Selection::Weak => "held: moves the values too little",
+        Selection::Alike => "held: looks like the fitted",
+        Selection::Spare => "held: one too many for these values",
     }
 }

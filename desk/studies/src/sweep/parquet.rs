@@ -1,4 +1,4 @@
-//! Results as Parquet, which data tools open without guessing at types.
+//! Results as Parquet, with typed columns.
 
 use std::fs::File;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What is to be swept, from a TOML file.
+//! Specification of a sweep, from a TOML file.
 
 use std::path::Path;
 
@@ -11,12 +11,12 @@ use sim::setup::{self, Value};
 /// More runs than this are a slip of the pen: a week on two processors.
 const MOST_RUNS: u64 = 10_000_000;
 
-/// A sweep.
+/// A parsed and checked sweep specification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
-    /// The file's text.
+    /// Text of the specification, TOML.
     pub text: String,
-    /// Number of runs.
+    /// Number of runs of the whole sweep.
     pub runs: u64,
     fixed: Vec<(String, Value)>,
     axes: Vec<(String, Axis)>,
@@ -26,7 +26,7 @@ pub struct Spec {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Axis {
-    /// One of these.
+    /// One value of a list.
     List(Vec<Value>),
     /// Evenly distributed in between.
     Between(f64, f64),
