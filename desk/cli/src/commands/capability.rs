@@ -14,7 +14,7 @@ use super::{Output, in_parallel, load_recipe, object, progress_bar, within};
 
 #[derive(Args)]
 pub struct CapabilityArgs {
-    /// What is picked up.
+    /// Object that is picked up.
     #[arg(long, default_value = "sphere", value_parser = object())]
     object: ObjectKind,
     /// Pressure of the grip [default: 140, or 7/8 of where the recipe ends].

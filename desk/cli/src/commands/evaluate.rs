@@ -17,23 +17,23 @@ use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
 pub struct EvaluateArgs {
-    /// Hours of simulated holding and moving at each level of noise; a tenth of that at the highest.
+    /// Hours of simulated operation without a loss at each level of noise; a tenth of that at the highest.
     #[arg(long, value_name = "H", default_value = "100", allow_negative_numbers = true, value_parser = within(0.0, 10_000.0))]
     hours: f64,
-    /// True losses to be found, for calibrated fingers and for uncalibrated ones.
+    /// Number of true losses, for calibrated and for uncalibrated fingers each.
     #[arg(long, value_name = "N", default_value = "500")]
     losses: usize,
     /// Seed of everything that is random. The detector was tuned on seeds below 1000.
     #[arg(long, value_name = "N", default_value = "1000000")]
     seed: u64,
-    /// Directory where simulated losses are kept and found again: after a change of the detector alone
-    /// nothing needs to be simulated twice.
+    /// Directory for simulated losses, which are reused: after a change of the detector alone nothing is
+    /// simulated again.
     #[arg(long, value_name = "DIR")]
     recordings: Option<PathBuf>,
-    /// So many of the slowest reports at each level of noise, in detail.
+    /// Number of slowest reports to print in detail, at each level of noise.
     #[arg(long, value_name = "N", default_value = "0")]
     slowest: usize,
-    /// Only this run of the losses, with every detail.
+    /// Only this run of the losses, in detail.
     #[arg(long, value_name = "INDEX")]
     only: Option<u64>,
     /// Noise of the trace that --only writes, µε rms.

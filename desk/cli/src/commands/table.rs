@@ -12,7 +12,7 @@ use super::output::{out, outln};
 
 #[derive(Args)]
 pub struct TableArgs {
-    /// The finger.
+    /// Recipe of the finger.
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
     /// Pressures to show, separated by commas.
