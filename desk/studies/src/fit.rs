@@ -4,6 +4,7 @@
 //! identify seven dimensions and constants. A rule ([`identify`]) chooses the few parameters that the data
 //! can identify; these are fitted, and the others stay as in the recipe.
 
+mod change;
 pub mod data;
 pub mod identify;
 pub mod parameter;
@@ -18,6 +19,7 @@ use finger::recipe::{self, Recipe};
 use nalgebra::DMatrix;
 use toml_edit::DocumentMut;
 
+pub use change::Change;
 use data::{Hysteresis, Measurements, Noise, Point};
 use identify::Identified;
 use parameter::Parameter;
@@ -35,17 +37,6 @@ pub struct Request<'a> {
     pub noise: Noise,
     /// Parameters that must not change, because they were measured.
     pub known: &'a [Parameter],
-}
-
-/// A parameter that has been fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change {
-    /// The fitted parameter.
-    pub parameter: Parameter,
-    /// Change in steps of the parameter ([`Parameter::step`]).
-    pub steps: f64,
-    /// Standard deviation if the other parameters are as the recipe has them, in steps.
-    pub deviation: f64,
 }
 
 /// A fitted recipe with its uncertainties.
@@ -96,7 +87,7 @@ impl Fit {
             Some(name) => name.to_string_lossy().into_owned(),
             None => request.measured.display().to_string(),
         };
-        let toml = text::recipe(
+        let toml = change::recipe(
             problem.changed(&chosen, &steps),
             &measured,
             &start.name,

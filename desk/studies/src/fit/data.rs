@@ -132,6 +132,9 @@ pub struct Hysteresis {
 }
 
 /// Reads and checks measurements up to the recipe's highest pressure, kPa.
+///
+/// # Errors
+/// If the file cannot be read or a value cannot be right; the message names the line.
 pub fn read(path: &Path, max_pressure_kpa: f64, noise: Noise) -> anyhow::Result<Measurements> {
     let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
     parse(&bytes, max_pressure_kpa, noise).with_context(|| format!("{}", path.display()))

@@ -18,6 +18,9 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Fit {
     /// Draws one column per measured quantity as SVG.
+    ///
+    /// # Errors
+    /// If the drawing library fails.
     pub fn picture(&self) -> anyhow::Result<String> {
         let mut svg = String::new();
         self.draw(&mut svg)

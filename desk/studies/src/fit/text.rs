@@ -1,48 +1,15 @@
-//! The result of a fit as text, as JSON, and as a recipe.
+//! The result of a fit as text and as JSON.
 
 use std::fmt::Write;
 
 use finger::recipe::Recipe;
 use serde_json::{Value, json};
-use toml_edit::DocumentMut;
 
+use super::Fit;
 use super::data::{Point, Quantity};
 use super::identify::{Candidate, DISTINCT, Selection};
 use super::parameter::Parameter;
-use super::{Change, Fit};
 use report::json::round;
-
-/// The fitted recipe: the old one with a name and a comment of its own.
-pub(super) fn recipe(
-    mut recipe: DocumentMut,
-    measured: &str,
-    from: &str,
-    changes: &[Change],
-) -> String {
-    let mut header = format!("# The recipe {from}, fitted to {measured}:\n");
-    for change in changes {
-        let _ = writeln!(header, "#   {}", sentence(change));
-    }
-    if let Some(name) = recipe["name"].as_value_mut() {
-        let decor = name.decor().clone();
-        let fitted = format!("{}-fitted", from.trim_end_matches("-fitted"));
-        *name = fitted.into();
-        *name.decor_mut() = decor;
-    }
-    format!("{header}# What follows was said of the recipe before.\n#\n{recipe}")
-}
-
-/// A fitted change with its standard deviation.
-fn sentence(change: &Change) -> String {
-    let (step, unit) = change.parameter.step();
-    let decimals = if unit == "%" { 1 } else { 4 };
-    format!(
-        "{} {:+.decimals$} ± {:.decimals$} {unit}",
-        change.parameter.name(),
-        change.parameter.shift(change.steps),
-        step * change.deviation,
-    )
-}
 
 impl Fit {
     /// The result as plain text.
@@ -60,7 +27,7 @@ impl Fit {
         self.write_candidates(&mut out);
         let _ = writeln!(out);
         for change in &self.changes {
-            let _ = writeln!(out, "{}", sentence(change));
+            let _ = writeln!(out, "{}", change.sentence());
         }
         for quantity in Quantity::ALL {
             self.write_residuals(&mut out, quantity);
