@@ -21,7 +21,10 @@ const LOADS: [f64; 2] = [0.25, 0.5];
 /// Longest stretch of one random stream, h.
 const BLOCK_H: f64 = 0.5;
 
-/// The grips of the generator.
+/// Identifies the objects that the workload grips: every kind, pressure and load.
+///
+/// # Errors
+/// If the lift at one of the pressures is unknown, or an object does not respond to acceleration.
 pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
     let mut setups = Vec::new();
     for object in [ObjectKind::Sphere, ObjectKind::Cylinder] {
@@ -52,7 +55,10 @@ pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
         .collect()
 }
 
-/// Counts false reports in so many hours at a level of noise; `compared` with other rules or alone.
+/// Counts false reports in the hours of one level of noise. With `compared` the published rules run too.
+///
+/// # Errors
+/// If the settings are not valid.
 pub fn tally(
     base: &Setup,
     options: &Options,

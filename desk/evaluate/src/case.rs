@@ -55,7 +55,7 @@ pub enum Origin {
 pub const ORIGINS: [Origin; 2] = [Origin::Dropped, Origin::Pushed];
 
 impl Origin {
-    /// The word for it.
+    /// Name in tables, CSV and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Dropped => "dropped",

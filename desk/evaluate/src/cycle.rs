@@ -8,7 +8,7 @@ use serde::Serialize;
 /// What the gripper and the arm are doing. False alarms are counted by activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[allow(missing_docs, reason = "`Activity::name` says it in words")]
+#[allow(missing_docs, reason = "`Activity::name` says what each is")]
 pub enum Activity {
     Closing,
     Rest,

@@ -51,6 +51,9 @@ pub fn check(base: &Setup) -> anyhow::Result<()> {
 
 /// Measures everything, in parallel; the result does not depend on how many threads there are. `done` is
 /// told how many more of [`steps`] are done.
+///
+/// # Errors
+/// As [`check`]; if a case cannot be simulated, or a recording cannot be read or written.
 pub fn run(
     base: &Setup,
     options: &Options,

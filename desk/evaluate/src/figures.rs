@@ -12,7 +12,10 @@ use crate::trial::{Classification, Trial};
 /// Latencies up to here are drawn, ms.
 const DRAWN_MS: f64 = 200.0;
 
-/// Latency against the rate of false alarms.
+/// Operating curves, latency over false-alarm rate, as SVG.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn roc(summary: &Summary) -> anyhow::Result<String> {
     let colors = [color(0), color(1), color(2), color(3), PALETTE[3], QUIET];
     let panel = |title: &str, y_label, value: fn(&OperatingPoint) -> Option<f64>| Panel {
@@ -56,6 +59,9 @@ pub fn roc(summary: &Summary) -> anyhow::Result<String> {
 }
 
 /// Cumulative distribution of the latency, one line per level of noise.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn latencies(trials: &[Trial]) -> anyhow::Result<String> {
     let series = NOISE_UE.into_iter().enumerate().map(|(n, noise)| {
         let of = trials
@@ -64,7 +70,7 @@ pub fn latencies(trials: &[Trial]) -> anyhow::Result<String> {
         let classes: Vec<Classification> = of.map(|trial| trial.classification()).collect();
         let mut ms: Vec<f64> = classes
             .iter()
-            .filter_map(|verdict| match verdict {
+            .filter_map(|class| match class {
                 Classification::Reported(ms) => Some(*ms),
                 _ => None,
             })

@@ -41,11 +41,17 @@ pub struct IdentifiedModel {
 
 impl IdentifiedModel {
     /// Identifies the response of the object that a setup holds at its pressure, and the closing curve.
+    ///
+    /// # Errors
+    /// If the object does not respond to acceleration.
     pub fn of(setup: &Setup) -> anyhow::Result<Self> {
         Self::with(setup, closing(setup))
     }
 
     /// As [`Self::of`] with a known closing curve: mean residual of a finger in steps of 2 kPa, µε.
+    ///
+    /// # Errors
+    /// If the object does not respond to acceleration.
     pub fn with(setup: &Setup, residual_ue: Vec<f64>) -> anyhow::Result<Self> {
         let pressure_kpa = setup.scenario.pressure_kpa;
         let mut rng = generator(0, 0, 0);

@@ -28,6 +28,9 @@ pub struct Sample {
 }
 
 /// Draws cases until the requested number of losses has occurred.
+///
+/// # Errors
+/// If a case cannot be simulated, or a recording cannot be read or written.
 pub fn sample(
     base: &Setup,
     options: &Options,
@@ -62,6 +65,9 @@ pub fn sample(
 }
 
 /// The trials of one case, one per level of noise.
+///
+/// # Errors
+/// If the case cannot be simulated, or its recording cannot be read or written.
 pub fn trials_of(
     base: &Setup,
     options: &Options,
@@ -100,7 +106,11 @@ fn prepare(
     Ok((case, recording))
 }
 
-/// A case tick by tick, as CSV: the truth, and what the controller sees at a level of noise.
+/// One case as CSV, one row per tick: the true state, and what the controller measured at a level of noise
+/// (µε rms).
+///
+/// # Errors
+/// If the case cannot be simulated, or its recording cannot be read or written.
 pub fn trace(
     base: &Setup,
     options: &Options,

@@ -40,8 +40,8 @@ pub mod evaluation;
 pub mod statistics;
 pub mod summary;
 
+pub mod details;
 mod figures;
 pub mod output;
 mod page;
 pub mod tables;
-pub mod words;

@@ -34,6 +34,9 @@ const COLUMNS: [&str; 25] = [
 ];
 
 /// The losses as CSV, one row each.
+///
+/// # Errors
+/// If a row cannot be formatted.
 pub fn csv(trials: &[Trial]) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS)?;

@@ -10,6 +10,9 @@ use crate::summary::Summary;
 use crate::{figures, losses, page};
 
 /// Writes page, charts, numbers and losses to a directory.
+///
+/// # Errors
+/// If a figure cannot be drawn or a file cannot be written.
 pub fn write(
     evaluation: &Evaluation,
     summary: &Summary,

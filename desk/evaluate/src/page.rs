@@ -6,9 +6,12 @@ use report::html::{figure, page as whole};
 use crate::evaluation::Evaluation;
 use crate::options::Options;
 use crate::summary::Summary;
-use crate::{figures, tables, words};
+use crate::{details, figures, tables};
 
 /// The HTML page with all tables and figures of an evaluation.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn page(
     evaluation: &Evaluation,
     summary: &Summary,
@@ -16,8 +19,8 @@ pub fn page(
 ) -> anyhow::Result<String> {
     let latencies = figures::latencies(&evaluation.sample.trials)?;
     let roc = figures::roc(summary)?;
-    let wrong = words::wrong(&evaluation.sample.trials);
-    let alarms = words::alarms(&evaluation.tallies);
+    let wrong = details::wrong(&evaluation.sample.trials);
+    let alarms = details::alarms(&evaluation.tallies);
     let body = html! {
         (introduction(options))
         @for table in tables::all(summary) { (table.html()) }

@@ -69,7 +69,10 @@ pub enum ObjectOutcome {
 }
 
 impl Recording {
-    /// Simulates a case, in closed loop at this noise.
+    /// Simulates a case in closed loop, with gauge noise of `noise_ue` (µε rms).
+    ///
+    /// # Errors
+    /// If the settings are not valid for the case's fingers.
     pub fn of(
         case: &Case,
         table: &'static FingerTable,

@@ -41,6 +41,9 @@ pub fn with_evidence(settings: &Settings, factor: f32) -> Settings {
 
 impl Race {
     /// Runs the controller and all rules on a recording; none if nothing is lost in it.
+    ///
+    /// # Errors
+    /// If the settings are not valid for the case's fingers.
     pub fn run(
         case: &Case,
         recording: &Recording,

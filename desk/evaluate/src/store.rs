@@ -21,6 +21,9 @@ const PHYSICS: &str = env!("PHYSICS_SHA256");
 /// another finger or by another simulator have other names, so they are not found.
 ///
 /// `settings` and `noise_ue` are those at which `simulate` closes the loop.
+///
+/// # Errors
+/// If a stored recording is incomplete (by its path), the simulation fails, or the file cannot be written.
 pub fn recording(
     dir: &Path,
     case: &Case,

@@ -110,6 +110,9 @@ impl Trial {
 }
 
 /// Runs the controller over a recording, measured at `noise_ue` (µε rms), up to its first report that ends a hold.
+///
+/// # Errors
+/// If the settings are not valid for the case's fingers.
 pub fn judge(
     case: &Case,
     recording: &Recording,

@@ -94,6 +94,10 @@ enum End {
 }
 
 impl<'a> Workload<'a> {
+    /// A gripper at rest at the start of a block.
+    ///
+    /// # Errors
+    /// If the settings are not valid.
     pub fn new(
         base: &Setup,
         options: &Options,

@@ -77,13 +77,13 @@ impl Statistics {
 /// The same motion on the simulated gripper and on the surrogate.
 fn both(
     setup: &Setup,
-    response: &IdentifiedModel,
+    model: &IdentifiedModel,
     motion: &PalmMotion,
     time_s: f64,
 ) -> [Statistics; 2] {
     let mut rig = Rig::holding(setup, setup.scenario.pressure_kpa);
     let plateau = rig.residual_ue();
-    let mut held = Held::new(response);
+    let mut held = Held::new(model);
     let (mut simulated, mut surrogate) = (Vec::new(), Vec::new());
     for tick in 0..(time_s * 1e3) as usize {
         let acceleration = motion.at(tick as f64 * 1e-3);
@@ -113,7 +113,7 @@ const SLANTING: [f64; 3] = [0.48, -0.64, 0.6];
 fn the_surrogate_moves_like_the_simulated_gripper_at_5_and_10_m_s2() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         for accel in [5.0, 10.0] {
             let motion = PalmMotion::Travel {
                 vector: SLANTING.map(|x| accel * x),
@@ -121,7 +121,7 @@ fn the_surrogate_moves_like_the_simulated_gripper_at_5_and_10_m_s2() {
                 push_s: 0.25,
                 cruise_s: 0.1,
             };
-            let [simulated, surrogate] = both(&setup, &response, &motion, 0.9);
+            let [simulated, surrogate] = both(&setup, &model, &motion, 0.9);
             let name = |what| format!("{what}, {object}, {accel} m/s²");
             near(&name("sum rms"), simulated.sum_rms, surrogate.sum_rms, 0.15);
             near(
@@ -150,13 +150,13 @@ fn the_surrogate_moves_like_the_simulated_gripper_at_5_and_10_m_s2() {
 fn the_surrogate_shakes_like_the_simulated_gripper_at_every_frequency() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         for hz in [5.0, 10.0, 20.0, 40.0] {
             // 2 m/s² rms.
             let sine = (SLANTING.map(|x| 2.0 * 2f64.sqrt() * x), hz, 0.0);
             let none = ([0.0; 3], hz, 0.0);
             let motion = PalmMotion::Vibration([sine, none, none]);
-            let [simulated, surrogate] = both(&setup, &response, &motion, 1.0);
+            let [simulated, surrogate] = both(&setup, &model, &motion, 1.0);
             let name = |what| format!("{what}, {object}, {hz} Hz");
             near(&name("sum rms"), simulated.sum_rms, surrogate.sum_rms, 0.1);
             near(
@@ -188,7 +188,7 @@ fn the_surrogate_shakes_like_the_simulated_gripper_at_every_frequency() {
 fn stops_and_bumps_are_as_rough_as_on_the_simulated_gripper() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         for (name, peak, length_s) in [("stop", 17.0, 0.12), ("bump", 45.0, 0.012)] {
             let mut squares = [0.0; 2];
             let mut sums = [0.0; 2];
@@ -204,7 +204,7 @@ fn stops_and_bumps_are_as_rough_as_on_the_simulated_gripper() {
                     ring_hz: 10.0,
                     ring_share: 0.2,
                 };
-                let statistics = both(&setup, &response, &motion, 0.6);
+                let statistics = both(&setup, &model, &motion, 0.6);
                 for (n, statistics) in statistics.iter().enumerate() {
                     squares[n] += statistics.finger_rms.powi(2);
                     sums[n] += statistics.sum_peak;
@@ -235,7 +235,7 @@ fn the_surrogate_grips_and_lets_go_like_the_simulated_gripper() {
         let mut setup = grip(object, 0.05);
         setup.scenario.pressure_kpa = first;
         setup.scenario.noise_ue = 1.0;
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         let arm = &mut setup.gripper.arm;
         (arm.approach_mm, arm.dwell_ms, arm.grip_ms) = (1.0, 10.0, 9_000.0);
         let mut plant = setup.plant();
@@ -245,14 +245,14 @@ fn the_surrogate_grips_and_lets_go_like_the_simulated_gripper() {
             noise_ue: 1.0,
         };
         let noise = ChaCha8Rng::seed_from_u64(1);
-        let mut hand = Surrogate::new(&setup.gripper, setup.table(), [gauge; FINGERS], noise);
-        hand.place(Some(&response));
+        let mut fast = Surrogate::new(&setup.gripper, setup.table(), [gauge; FINGERS], noise);
+        fast.place(Some(&model));
         let controller = || run::controller(setup.table(), &Settings::default());
         let mut controllers = [controller().expect("one"), controller().expect("another")];
         let mut dacs = [DacCode(0); 2];
-        let plateau = FINGERS as f64 * response.residual_at(first);
+        let plateau = FINGERS as f64 * model.residual_at(first);
         for tick in 1..5_500 {
-            let frames = [plant.step(dacs[0]).0, hand.step(dacs[1], [0.0; 3], 0.0)];
+            let frames = [plant.step(dacs[0]).0, fast.step(dacs[1], [0.0; 3], 0.0)];
             let command = match tick {
                 300 => Command::Grip(Grip::Pressure(Kilopascals(first as f32))),
                 2_000 => Command::Grip(Grip::Pressure(Kilopascals(second))),
@@ -324,7 +324,7 @@ fn every_hour_is_counted_once_and_every_activity_happens() {
     let base = base();
     let options = options(503);
     let responses = GRIPS
-        .map(|(object, mass_kg)| IdentifiedModel::of(&grip(object, mass_kg)).expect("a response"));
+        .map(|(object, mass_kg)| IdentifiedModel::of(&grip(object, mass_kg)).expect("a model"));
     let tally =
         alarms::tally(&base, &options, &responses, 20.0, 0.5, false, &|_| ()).expect("a tally");
     let total = tally.total();

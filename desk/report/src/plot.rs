@@ -18,7 +18,10 @@ const EVERY: usize = 4;
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
-/// Draws one column per run as SVG.
+/// Figure of one or more runs as SVG, one column per run.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn grasp(runs: &[Run]) -> anyhow::Result<String> {
     let mut svg = String::new();
     draw(runs, &mut svg).map_err(|error| anyhow::anyhow!("cannot draw: {error}"))?;

@@ -63,7 +63,7 @@ pub fn fingers(which: [bool; FINGERS]) -> Vec<usize> {
     (1..=FINGERS).filter(|finger| which[finger - 1]).collect()
 }
 
-/// A word for how a loss showed.
+/// Name of the cause of a loss, as in JSON.
 pub fn cause(cause: LossCause) -> &'static str {
     match cause {
         LossCause::Collapse => "collapse",

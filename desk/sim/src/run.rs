@@ -120,6 +120,9 @@ pub struct Run {
 
 /// The controller's table for a finger: the built-in one if that is its finger, else a new one that lives
 /// as long as the program.
+///
+/// # Errors
+/// If no table can be computed for the recipe.
 pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
     if recipe.inputs_hash == FINGER.inputs_hash {
         return Ok(&FINGER);
@@ -144,6 +147,9 @@ pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
 }
 
 /// A controller with a recipe's table and these settings.
+///
+/// # Errors
+/// If the settings are not valid for the finger; the message names the setting.
 pub fn controller(table: &'static FingerTable, settings: &Settings) -> anyhow::Result<Controller> {
     let active = settings
         .validate(&softgrip::frontend::FrontEnd::REFERENCE, table)

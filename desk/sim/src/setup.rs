@@ -172,6 +172,9 @@ impl Setup {
     }
 
     /// Sets a parameter by its name. `object` must be set before what belongs to an object.
+    ///
+    /// # Errors
+    /// If there is no parameter of this name.
     pub fn set(&mut self, name: &str, value: Value) -> anyhow::Result<()> {
         match value {
             Value::Object(object) => self.scenario.object = object,
@@ -212,7 +215,10 @@ impl Setup {
         Ok(())
     }
 
-    /// Runs it under the controller. `progress` is told the share that is done.
+    /// Runs it under the controller. `progress` receives the completed fraction, 0 to 1.
+    ///
+    /// # Errors
+    /// If [`Self::check`] refuses the setup.
     pub fn run(&self, progress: impl FnMut(f64)) -> anyhow::Result<Run> {
         self.check()?;
         let mut chain = self.chain.clone();
@@ -239,6 +245,9 @@ impl Setup {
 }
 
 /// Reads a value of the parameter `name`, within its range.
+///
+/// # Errors
+/// If the value has the wrong type or is outside its range; the message names both.
 pub fn value(name: &str, value: &toml::Value) -> anyhow::Result<Value> {
     if name == OBJECT {
         let object = value

@@ -28,6 +28,9 @@ pub struct Limit {
 }
 
 /// Limits at several accelerations, found side by side; `done` is called after each.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn limits(
     setup: &Setup,
     accels_m_s2: &[f64],

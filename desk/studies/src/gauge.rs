@@ -61,6 +61,9 @@ pub struct GaugeStudy {
 }
 
 /// Runs the grasps of each object once and judges every span by them. `done` is called after each grasp.
+///
+/// # Errors
+/// If too few random grasps are lost or held as wanted.
 pub fn study(
     setup: &Setup,
     seed: u64,
@@ -75,7 +78,7 @@ pub fn study(
         all.push(grasps(&setup, seed, wanted, &done)?);
     }
     let chain = &setup.chain;
-    let judged = |span| SpanResult {
+    let result = |span| SpanResult {
         span,
         seen: std::array::from_fn(|i| judge(span, chain, &all[i], floor)),
     };
@@ -83,8 +86,8 @@ pub fn study(
         seed,
         floor,
         wanted,
-        spans: spans(chain).into_iter().map(judged).collect(),
-        recipe: judged(Span {
+        spans: spans(chain).into_iter().map(result).collect(),
+        recipe: result(Span {
             from_m: chain.gauge.from_m,
             to_m: chain.gauge.to_m,
         }),
@@ -109,24 +112,24 @@ fn spans(chain: &Chain) -> Vec<Span> {
 impl GaugeStudy {
     /// How much further, on the geometric mean of both objects, the object has slid in nine of ten losses when
     /// this span warns, than with the best span for each. Infinite for one that misses a loss.
-    fn cost(&self, judged: &SpanResult) -> f64 {
-        if !judged.misses_nothing() {
+    fn cost(&self, result: &SpanResult) -> f64 {
+        if !result.misses_nothing() {
             return f64::INFINITY;
         }
         let least = |i: usize| {
-            let slips = self.spans.iter().map(|judged| judged.slip_m()[i]);
+            let slips = self.spans.iter().map(|result| result.slip_m()[i]);
             slips.fold(f64::INFINITY, f64::min)
         };
-        let slip_m = judged.slip_m();
+        let slip_m = result.slip_m();
         (slip_m[0] / least(0) * slip_m[1] / least(1)).sqrt()
     }
 
     /// The span that warns earliest.
     pub fn best(&self) -> &SpanResult {
         let mut best = &self.recipe;
-        for judged in &self.spans {
-            if self.cost(judged) < self.cost(best) {
-                best = judged;
+        for result in &self.spans {
+            if self.cost(result) < self.cost(best) {
+                best = result;
             }
         }
         best
@@ -139,9 +142,9 @@ impl GaugeStudy {
         let good = self
             .spans
             .iter()
-            .filter(|judged| self.cost(judged) <= limit);
-        let ends = good.filter(|judged| judged.span.from_m == 0.0);
-        let ends: Vec<_> = ends.map(|judged| 1e3 * judged.span.to_m).collect();
+            .filter(|result| self.cost(result) <= limit);
+        let ends = good.filter(|result| result.span.from_m == 0.0);
+        let ends: Vec<_> = ends.map(|result| 1e3 * result.span.to_m).collect();
         let as_good = match (ends.first(), ends.last()) {
             (Some(first), Some(last)) => format!(
                 "From the clamp any end between {first:.0} and {last:.0} mm is within {:.0} % of that.",
@@ -187,16 +190,16 @@ impl GaugeStudy {
             let on = |m: f64| ((1e3 * m).round() as usize).is_multiple_of(15);
             on(span.from_m) && on(span.to_m)
         };
-        let rows = self.spans.iter().filter(|judged| coarse(judged.span));
+        let rows = self.spans.iter().filter(|result| coarse(result.span));
         let named = [("recipe", &self.recipe), ("best", self.best())];
-        let rows = named.into_iter().chain(rows.map(|judged| ("", judged)));
-        for (name, judged) in rows {
-            for (object, seen) in OBJECTS.iter().zip(&judged.seen) {
+        let rows = named.into_iter().chain(rows.map(|result| ("", result)));
+        for (name, result) in rows {
+            for (object, seen) in OBJECTS.iter().zip(&result.seen) {
                 // Writing to a String cannot fail.
                 let _ = writeln!(
                     out,
                     "{:<9} {name:<6} {object:<8} {:>5.1} {:>7.1} {:>8.1} {:>5} {:>7} {:>7.0} % {:>7.1} {:>7}",
-                    place(judged.span),
+                    place(result.span),
                     1e2 * seen.held[0],
                     1e2 * seen.held[1],
                     1e2 * seen.threshold,
@@ -228,7 +231,7 @@ impl GaugeStudy {
     }
 }
 
-fn json(judged: &SpanResult) -> Value {
+fn json(result: &SpanResult) -> Value {
     let seen = |seen: &ObjectResult| {
         let finite = |x: f64, decimals| x.is_finite().then(|| round(x, decimals));
         let both = |sorted: &[f64], scale: f64| {
@@ -250,10 +253,10 @@ fn json(judged: &SpanResult) -> Value {
         })
     };
     json!({
-        "from_mm": round(1e3 * judged.span.from_m, 3),
-        "to_mm": round(1e3 * judged.span.to_m, 3),
-        "sphere": seen(&judged.seen[0]),
-        "cylinder": seen(&judged.seen[1]),
+        "from_mm": round(1e3 * result.span.from_m, 3),
+        "to_mm": round(1e3 * result.span.to_m, 3),
+        "sphere": seen(&result.seen[0]),
+        "cylinder": seen(&result.seen[1]),
     })
 }
 

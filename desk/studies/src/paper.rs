@@ -5,6 +5,9 @@ use sim::run::Outcome;
 use sim::scenario::ObjectKind;
 
 /// The paper's own finger.
+///
+/// # Errors
+/// If `recipes/paper.toml` is not valid.
 pub fn recipe() -> anyhow::Result<Recipe> {
     let name = std::path::Path::new("recipes/paper.toml");
     Ok(finger::recipe::parse(

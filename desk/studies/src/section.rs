@@ -41,6 +41,9 @@ pub struct SectionReport {
 impl SectionReport {
     /// Inflates a section to pressures in any order, kPa, at least one. `constants` is what the user calls
     /// those of the rubber.
+    ///
+    /// # Errors
+    /// If there is no pressure, the section is impossible, or it has no stable state at a pressure.
     pub fn new(
         section: Section,
         rubber: Rubber,

@@ -61,6 +61,9 @@ fn setups(base: &Setup) -> Vec<(&'static Experiment, Stated, Setup)> {
 }
 
 /// Runs the programme in parallel; the result does not depend on how many threads there are.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn run(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Case>> {
     let setups = setups(&Setup::of(recipe)?);
     setups
@@ -137,6 +140,9 @@ pub const SENSITIVITY_RUNS: u64 =
     (VARIATIONS.len() * EXPERIMENTS.len() * ACCELERATIONS.len()) as u64;
 
 /// The programme again and again, each time with one change.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn sensitivity(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Varied>> {
     let base = setups(&Setup::of(recipe)?);
     let runs: Vec<(Outcome, Option<String>)> = VARIATIONS
@@ -188,6 +194,9 @@ const SCANS: [Scan; 4] = [
 ];
 
 /// The outcomes of case number `case` over ranges of four parameters.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn bands(recipe: &Recipe, case: usize) -> anyhow::Result<Vec<Band>> {
     let (_, _, base) = &setups(&Setup::of(recipe)?)[case];
     SCANS

@@ -50,7 +50,10 @@ fn setup_of(base: &Setup, spec: &Spec, number: u64) -> anyhow::Result<Setup> {
     Ok(setup)
 }
 
-/// Refuses a spec of which any run of the shard is impossible, before the first.
+/// Checks every run of the shard before the first one starts.
+///
+/// # Errors
+/// If a run is impossible; the message names it and says what would be possible.
 pub fn check(base: &Setup, spec: &Spec, shard: Shard) -> anyhow::Result<()> {
     (0..shard.len(spec.runs))
         .into_par_iter()
@@ -58,6 +61,9 @@ pub fn check(base: &Setup, spec: &Spec, shard: Shard) -> anyhow::Result<()> {
 }
 
 /// Runs what is missing in `results`, in parallel; `progress` is told the number of finished runs.
+///
+/// # Errors
+/// If a run is impossible or the results cannot be written.
 pub fn run(
     base: &Setup,
     spec: &Spec,

@@ -44,6 +44,9 @@ pub struct TableReport {
 impl TableReport {
     /// Tabulates the recipe that `load` reads. Pressures that are not asked for are the published ones, or
     /// the highest of a finger that ends below them.
+    ///
+    /// # Errors
+    /// If the recipe cannot be read or tabulated, or a pressure is beyond it.
     pub fn new(
         load: impl FnOnce() -> anyhow::Result<Recipe>,
         pressures_kpa: &[f64],

@@ -8,7 +8,7 @@ use clap::Args;
 use evaluate::case::KNOWLEDGE;
 use evaluate::options::Options;
 use evaluate::summary::Summary;
-use evaluate::{evaluation, latency, output, tables, words};
+use evaluate::{details, evaluation, latency, output, tables};
 use report::files;
 use sim::setup::Setup;
 
@@ -66,7 +66,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     if let Some(index) = args.only {
         for knowledge in KNOWLEDGE {
             for trial in latency::trials_of(&base, &options, knowledge, index)? {
-                outln!("{}", words::line(&trial));
+                outln!("{}", details::line(&trial));
             }
             if let Some(dir) = out {
                 let trace = latency::trace(&base, &options, knowledge, index, args.noise)?;
@@ -91,11 +91,11 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let trials = &evaluation.sample.trials;
-    out!("{}", words::wrong(trials));
+    out!("{}", details::wrong(trials));
     if args.slowest > 0 {
-        out!("{}", words::slowest(trials, args.slowest));
+        out!("{}", details::slowest(trials, args.slowest));
     }
-    out!("{}", words::alarms(&evaluation.tallies));
+    out!("{}", details::alarms(&evaluation.tallies));
     for table in tables::all(&summary) {
         outln!("{}", table.text());
     }

@@ -18,6 +18,9 @@ pub fn name(separator: char) -> &'static str {
 }
 
 /// Text of any encoding that spreadsheets and loggers use: UTF-8, UTF-16 with its mark, else Latin-1.
+///
+/// # Errors
+/// If it contains zero bytes, so that it is no text.
 pub fn decode(bytes: &[u8]) -> anyhow::Result<Cow<'_, str>> {
     let wide = |swap: fn([u8; 2]) -> u16| {
         let (pairs, _) = bytes.as_chunks::<2>();

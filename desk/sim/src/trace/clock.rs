@@ -12,7 +12,10 @@ const SLOWEST_HZ: f64 = 9.5;
 /// A step that is so much longer than most is a gap. Loggers jitter by a tenth.
 const GAP: f64 = 1.5;
 
-/// The time of every row and the usual time between two, s, with what there is to say about it.
+/// The time of every row and the median time between two rows, s; what was assumed is added to `notes`.
+///
+/// # Errors
+/// If a time is missing or falls, or the rate is outside 10 Hz to 10 kHz; the message names the line.
 pub fn times(table: &Table, notes: &mut Vec<String>) -> anyhow::Result<(Vec<f64>, f64)> {
     let lines: Vec<usize> = table.rows.iter().map(|row| row.line).collect();
     let mut times = Vec::with_capacity(lines.len());

@@ -41,7 +41,10 @@ const UNITS: [(&str, f64); 5] = [
     ("Pa", 0.001),
 ];
 
-/// Refuses a trace whose units or signs cannot be right, by column. Returns what is odd without being wrong.
+/// Checks units and signs of a trace. Gives a note on what is unusual without being wrong.
+///
+/// # Errors
+/// If a unit or a sign cannot be right; the message names the column.
 pub fn check(
     trace: &Trace,
     table: &FingerTable,

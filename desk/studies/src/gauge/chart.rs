@@ -39,8 +39,11 @@ const QUANTITIES: [Quantity; 3] = [
 ];
 
 /// Slip, loss and shaking against the middle of the span, a line for each length; a ring is the recipe's place.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn chart(study: &GaugeStudy) -> anyhow::Result<String> {
-    let end_mm = study.spans.iter().map(|judged| 1e3 * judged.span.to_m);
+    let end_mm = study.spans.iter().map(|result| 1e3 * result.span.to_m);
     let end_mm = end_mm.fold(0.0, f64::max);
     let panels = QUANTITIES.iter().flat_map(|quantity| {
         (0..OBJECTS.len()).map(move |object| panel(study, quantity, object, end_mm))
@@ -52,16 +55,16 @@ pub fn chart(study: &GaugeStudy) -> anyhow::Result<String> {
 
 fn panel(study: &GaugeStudy, quantity: &Quantity, object: usize, end_mm: f64) -> Panel {
     let (low, high) = quantity.ranges[object];
-    let at = |judged: &SpanResult| {
-        let middle_mm = 5e2 * (judged.span.from_m + judged.span.to_m);
-        (middle_mm, (quantity.value)(&judged.seen[object]))
+    let at = |result: &SpanResult| {
+        let middle_mm = 5e2 * (result.span.from_m + result.span.to_m);
+        (middle_mm, (quantity.value)(&result.seen[object]))
     };
     let mut series: Vec<_> = LENGTHS_MM
         .iter()
         .enumerate()
         .map(|(n, &length_mm)| {
-            let long = |judged: &&SpanResult| {
-                let length = 1e3 * (judged.span.to_m - judged.span.from_m);
+            let long = |result: &&SpanResult| {
+                let length = 1e3 * (result.span.to_m - result.span.from_m);
                 (length - length_mm).abs() < 0.1
             };
             let points = study.spans.iter().filter(long).map(at);

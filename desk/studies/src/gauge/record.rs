@@ -75,6 +75,9 @@ pub struct Grasps {
 }
 
 /// Draws and runs them; the result does not depend on how many threads there are. `done` is called after each.
+///
+/// # Errors
+/// If too few random grasps are lost or held as wanted.
 pub fn grasps(
     setup: &Setup,
     seed: u64,

@@ -33,6 +33,9 @@ const WIDTH: u32 = 960;
 const EVERY: usize = 4;
 
 /// All of them, in the order of the paper.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn all(recipe: &Recipe, cases: &[Case]) -> anyhow::Result<Vec<Figure>> {
     let published = paper::recipe()?.chain;
     let mut figures = vec![

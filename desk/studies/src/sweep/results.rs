@@ -43,6 +43,9 @@ impl About {
     }
 
     /// Reads the description of the results in a directory.
+    ///
+    /// # Errors
+    /// If the file is missing or is not a description of a sweep.
     pub fn load(dir: &Path) -> anyhow::Result<Self> {
         let path = dir.join(ABOUT);
         let text = std::fs::read_to_string(&path)
@@ -100,7 +103,11 @@ pub struct Results {
 }
 
 impl Results {
-    /// Opens the results in `dir`, or begins them there.
+    /// Opens the results in `dir`, or creates them.
+    ///
+    /// # Errors
+    /// If the directory holds another sweep, another process writes there, or a file cannot be read or
+    /// written.
     pub fn open(dir: &Path, about: &About, columns: &[Column]) -> anyhow::Result<Self> {
         let path = dir.join(CSV);
         if dir.join(ABOUT).exists() {
@@ -183,7 +190,10 @@ impl Results {
         Ok(())
     }
 
-    /// Adds rows at once.
+    /// Appends finished rows.
+    ///
+    /// # Errors
+    /// If the rows cannot be written.
     pub fn append(&mut self, rows: &[Vec<String>]) -> anyhow::Result<()> {
         let text: String = rows.iter().map(|row| row.join(",") + "\n").collect();
         self.file
@@ -195,7 +205,10 @@ impl Results {
     }
 }
 
-/// Joins the finished parts of a sweep in `dir`, row by row.
+/// Merges the finished parts of a sweep into `dir`, row by row.
+///
+/// # Errors
+/// If the parts are not all parts of one sweep, each once and finished; or a file cannot be read or written.
 pub fn merge(parts: &[PathBuf], dir: &Path) -> anyhow::Result<Vec<Column>> {
     let mut abouts = Vec::new();
     for part in parts {

@@ -60,7 +60,10 @@ struct Range {
 }
 
 impl Spec {
-    /// Reads and checks a spec.
+    /// Reads and checks a specification.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or as [`Self::parse`].
     pub fn load(path: &Path) -> anyhow::Result<Self> {
         std::fs::read_to_string(path)
             .map_err(anyhow::Error::from)
@@ -68,7 +71,10 @@ impl Spec {
             .with_context(|| path.display().to_string())
     }
 
-    /// Checks the text of a spec.
+    /// Parses and checks the text of a specification.
+    ///
+    /// # Errors
+    /// If a key, a parameter or a value is not possible; the message says what would be.
     pub fn parse(text: &str) -> anyhow::Result<Self> {
         let file: File = toml::from_str(text)?;
         let mut fixed = Vec::new();

@@ -17,6 +17,9 @@ const EXPERIMENTS_KPA: f64 = 140.0;
 
 impl TableReport {
     /// Every picture with its file's name.
+    ///
+    /// # Errors
+    /// If the drawing library fails.
     pub fn pictures(&self) -> anyhow::Result<Vec<(&'static str, String)>> {
         let mut pictures = vec![
             (
