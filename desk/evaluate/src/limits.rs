@@ -18,7 +18,7 @@ use crate::identified_model::IdentifiedModel;
 use crate::latency;
 use crate::options::Options;
 use crate::reach::{Reach, Situation};
-use crate::record::{Outcome, Recording};
+use crate::record::{ObjectOutcome, Recording};
 use crate::workload::{Block, Programme, TICK_S, Workload};
 
 /// Noise of the gauges, µε rms. The limits are widened for noise, so they are measured without much of it.
@@ -132,9 +132,9 @@ fn runs(base: &Setup, options: &Options, done: &(dyn Fn(u64) + Sync)) -> anyhow:
 fn run(base: &Setup, options: &Options, index: u64) -> anyhow::Result<Option<Run>> {
     let (case, recording) = latency::prepare(base, options, Knowledge::Calibrated, index)?;
     let (kind, until) = match recording.outcome() {
-        Outcome::Displaced => return Ok(None),
-        Outcome::Held => (None, recording.carried().end - 1),
-        Outcome::Lost { onset } => {
+        ObjectOutcome::Displaced => return Ok(None),
+        ObjectOutcome::Held => (None, recording.carried().end - 1),
+        ObjectOutcome::Lost { onset } => {
             let sphere = case.setup.scenario.object == ObjectKind::Sphere;
             let kind = Kind {
                 passes: sphere && case.push.is_none(),

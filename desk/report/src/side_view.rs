@@ -1,4 +1,4 @@
-//! A grasp as a film strip: fingers and object from the side at chosen instants.
+//! Side views of fingers and object at selected instants of a run.
 
 use std::fmt::Write;
 

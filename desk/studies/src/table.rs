@@ -1,4 +1,4 @@
-//! A finger's table beside the published numbers: `softgrip table`.
+//! The table of a finger, compared with the published numbers.
 
 mod plots;
 mod text;
@@ -22,14 +22,14 @@ const PUBLISHED_KPA: [f64; 6] = [60.0, 80.0, 100.0, 120.0, 140.0, 160.0];
 
 /// Change of the tip angle when one thing about the finger changes.
 struct Sensitivity {
-    /// What changes.
+    /// Description of the change.
     change: &'static str,
     /// Change of the tip angle at each of the pressures, percent; none where a section has no stable state.
     tip_angle_percent: Option<Vec<f64>>,
 }
 
 /// A finger, its table, and the paper's finger to compare with.
-pub struct Report {
+pub struct TableReport {
     recipe: Recipe,
     table: FingerTable,
     /// Time to get from the recipe's text to the table, s.
@@ -41,9 +41,12 @@ pub struct Report {
     sensitivity: Vec<Sensitivity>,
 }
 
-impl Report {
+impl TableReport {
     /// Tabulates the recipe that `load` reads. Pressures that are not asked for are the published ones, or
     /// the highest of a finger that ends below them.
+    ///
+    /// # Errors
+    /// If the recipe cannot be read or tabulated, or a pressure is beyond it.
     pub fn new(
         load: impl FnOnce() -> anyhow::Result<Recipe>,
         pressures_kpa: &[f64],
@@ -84,7 +87,7 @@ impl Report {
         })
     }
 
-    /// For a program. Lists run over pressures, inner lists over joints or places.
+    /// The report as JSON. Lists run over pressures, inner lists over joints or positions.
     pub fn json(&self) -> Value {
         let (table, chain) = (&self.table, &self.recipe.chain);
         let asked = &self.pressures_kpa;
@@ -192,7 +195,7 @@ fn published_up_to(max_kpa: f64) -> Vec<f64> {
     }
 }
 
-/// How much 0.1 mm and 10 % matter.
+/// Sensitivity of the tip angle to 0.1 mm and 10 %.
 fn sensitivity(geometry: &Geometry, pressures_kpa: &[f64]) -> anyhow::Result<Vec<Sensitivity>> {
     type Change = fn(&mut Geometry);
     const TENTH_M: f64 = 1e-4;

@@ -1,4 +1,4 @@
-//! What a fit changes, in words and in the recipe.
+//! A fitted change of a parameter, and the fitted recipe with all of them.
 
 use std::fmt::Write;
 
@@ -9,17 +9,17 @@ use super::parameter::Parameter;
 /// A parameter that has been fitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
-    /// Which.
+    /// The fitted parameter.
     pub parameter: Parameter,
-    /// By how many of its steps.
+    /// Change in steps of the parameter ([`Parameter::step`]).
     pub steps: f64,
     /// Standard deviation if the other parameters are as the recipe has them, in steps.
     pub deviation: f64,
 }
 
 impl Change {
-    /// What was changed and by how much, with its standard deviation and unit.
-    pub(super) fn sentence(&self) -> String {
+    /// A fitted change with its standard deviation.
+    pub(super) fn sentence(self) -> String {
         let (step, unit) = self.parameter.step();
         let decimals = if unit == "%" { 1 } else { 4 };
         format!(

@@ -1,4 +1,4 @@
-//! A fit in words and as JSON.
+//! The result of a fit as text and as JSON.
 
 use std::fmt::Write;
 
@@ -6,13 +6,13 @@ use finger::recipe::Recipe;
 use serde_json::{Value, json};
 
 use super::Fit;
-use super::data::Quantity;
-use super::identify::{Candidate, DISTINCT, Verdict};
+use super::data::{Point, Quantity};
+use super::identify::{Candidate, DISTINCT, Selection};
 use super::parameter::Parameter;
 use report::json::round;
 
 impl Fit {
-    /// For a person.
+    /// The result as plain text.
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
@@ -65,7 +65,7 @@ impl Fit {
 
     fn write_candidates(&self, out: &mut String) {
         let identified = &self.identified;
-        let fitted = |c: &Candidate| c.verdict == Verdict::Fitted;
+        let fitted = |c: &Candidate| c.selection == Selection::Fitted;
         let _ = writeln!(
             out,
             "parameter           step  change, %  effect  distinct  correlation             verdict"
@@ -89,7 +89,7 @@ impl Fit {
                 candidate.change_percent,
                 candidate.effect,
                 candidate.distinct,
-                words(candidate.verdict),
+                words(candidate.selection),
             );
         }
         let values: Vec<String> = identified
@@ -138,7 +138,7 @@ impl Fit {
         }
     }
 
-    /// What a reader could get wrong.
+    /// Warnings about the interpretation of the fit.
     fn warnings(&self) -> Vec<&'static str> {
         let fits = |parameter| self.changes.iter().any(|c| c.parameter == parameter);
         let alone = self.of(Quantity::TipAngle).next().is_none();
@@ -157,7 +157,12 @@ impl Fit {
         notes
     }
 
-    /// For a program.
+    pub(super) fn of(&self, quantity: Quantity) -> impl Iterator<Item = &Point> {
+        let points = self.points.iter();
+        points.filter(move |point| point.quantity == quantity)
+    }
+
+    /// The result as JSON.
     pub fn json(&self) -> Value {
         let identified = &self.identified;
         let number = |x: f64| round(x, 4);
@@ -170,7 +175,7 @@ impl Fit {
                 "change_percent": number(c.change_percent),
                 "effect": number(c.effect),
                 "distinct": number(c.distinct),
-                "verdict": words(c.verdict),
+                "verdict": words(c.selection),
             })
         });
         let changes = self.changes.iter().map(|c| {
@@ -219,12 +224,12 @@ impl Fit {
     }
 }
 
-fn words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Fitted => "fitted",
-        Verdict::Known => "held: known",
-        Verdict::Weak => "held: moves the values too little",
-        Verdict::Alike => "held: looks like the fitted",
-        Verdict::Spare => "held: one too many for these values",
+fn words(selection: Selection) -> &'static str {
+    match selection {
+        Selection::Fitted => "fitted",
+        Selection::Known => "held: known",
+        Selection::Weak => "held: moves the values too little",
+        Selection::Alike => "held: looks like the fitted",
+        Selection::Spare => "held: one too many for these values",
     }
 }

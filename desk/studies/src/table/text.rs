@@ -1,4 +1,4 @@
-//! The report for a person.
+//! The table report as text.
 
 use std::fmt::Write;
 
@@ -6,10 +6,10 @@ use finger::chain::LINKS;
 use softgrip::table::{self, ObjectKind};
 use softgrip::units::Kilopascals;
 
-use super::{PUBLISHED_KPA, Report, angles, masses, stiffness, torques};
+use super::{PUBLISHED_KPA, TableReport, angles, masses, stiffness, torques};
 
-impl Report {
-    /// Everything in columns; below each published number is how far ours is from it.
+impl TableReport {
+    /// The report in columns; below each published number is our difference from it.
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
