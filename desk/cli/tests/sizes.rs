@@ -7,21 +7,6 @@ const FILE_LINES: usize = 500;
 /// Lines of a function, from its signature to its closing brace; tests may be longer.
 const FUNCTION_LINES: usize = 80;
 
-/// Files that are still longer. An entry that no longer is must go.
-const LONG_FILES: [&str; 4] = [
-    "src/condition.rs",
-    "src/detect.rs",
-    "tests/host/commands.rs",
-    "tests/host/scenarios.rs",
-];
-
-/// Functions that are still longer. An entry that no longer is must go.
-const LONG_FUNCTIONS: [&str; 3] = [
-    "src/detect.rs: step",
-    "src/grasp.rs: advance",
-    "src/settings.rs: validate",
-];
-
 /// Every file of Rust in the repository, relative to its root, with its text.
 fn sources() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -84,12 +69,10 @@ fn functions(text: &str) -> Vec<(&str, usize)> {
 
 #[test]
 fn no_file_is_longer_than_its_limit() {
-    let long: Vec<String> = sources()
-        .into_iter()
-        .filter(|(_, text)| text.lines().count() > FILE_LINES)
-        .map(|(path, _)| path)
-        .collect();
-    assert_eq!(long, LONG_FILES, "left: as it is; right: as known");
+    let files = sources().into_iter();
+    let long = files.filter(|(_, text)| text.lines().count() > FILE_LINES);
+    let long: Vec<String> = long.map(|(path, _)| path).collect();
+    assert!(long.is_empty(), "{long:?}");
 }
 
 #[test]
@@ -108,7 +91,7 @@ fn no_function_is_longer_than_its_limit() {
         }
     }
     assert!(number > 1000, "only {number} functions found");
-    assert_eq!(long, LONG_FUNCTIONS, "left: as it is; right: as known");
+    assert!(long.is_empty(), "{long:?}");
 }
 
 #[test]
