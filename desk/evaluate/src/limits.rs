@@ -26,7 +26,7 @@ const NOISE_UE: f64 = 20.0;
 /// Length of one random stream, h.
 const BLOCK_H: f64 = 0.5;
 /// A collapse is over after this time, ms.
-const COLLAPSE_MS: usize = 60;
+const COLLAPSE_MS: usize = 100;
 /// Runs drawn at a time.
 const BATCH: u64 = 64;
 /// The share of losses that reach what is said.
@@ -78,10 +78,10 @@ pub fn measure(
         .enumerate()
         .map(|(at, situation)| {
             let mut held = held(base, options, models, situation, done)?;
-            for run in &runs {
-                if run.kind.is_none() {
-                    held.join(&run.reach[at]);
-                }
+            // In every run of the sample the arm moves.
+            let stays = runs.iter().filter(|run| run.kind.is_none());
+            for run in stays.filter(|_| situation != Situation::Still) {
+                held.join(&run.reach[at]);
             }
             Ok(Measured {
                 situation,
