@@ -32,7 +32,6 @@ use one_sided::OneSided;
 use plateau::{CALM, Plateau, Reference};
 use shares::Shares;
 use slip::Slip;
-use slow::Slow;
 
 use crate::air::Air;
 use crate::command::Motion;
@@ -185,14 +184,13 @@ struct Hold {
     reference: Reference,
     level: Level,
     collapse: Collapse,
-    slow: Slow,
     one_sided: OneSided,
     evidence: Evidence,
     slip: Slip,
     /// The pressure has changed since the plateau was taken.
     outdated: bool,
-    /// It has, or the fingers still follow the last of it.
-    tightens: bool,
+    /// What was made of the last tick; none while the fingers still follow the pressure.
+    signs: Option<Signs>,
 }
 
 /// The detector's memory.
@@ -220,15 +218,9 @@ impl Detector {
         self.hold.as_ref().map(|hold| hold.level.value)
     }
 
-    /// What was looked at in the last tick; none while nothing is held at a steady pressure.
+    /// What was made of the last tick; none while nothing is held at a steady pressure.
     pub fn signs(&self) -> Option<Signs> {
-        let hold = self.hold.as_ref().filter(|hold| !hold.tightens)?;
-        Some(Signs {
-            fall_per_s: -hold.level.rate,
-            fallen: hold.slow.fallen,
-            emptied: hold.one_sided.emptied,
-            passed: hold.collapse.rise(),
-        })
+        self.hold.as_ref()?.signs
     }
 
     /// Judges one tick. `watch` is given while the supervisor believes that something is held; the first such
@@ -291,12 +283,11 @@ impl Hold {
             reference: plateau.reference(now, carrying),
             level: Level::START,
             collapse: Collapse::START,
-            slow: Slow::START,
             one_sided: OneSided::START,
             evidence: Evidence::none(now),
             slip: Slip::NONE,
             outdated: false,
-            tightens: true,
+            signs: None,
         }
     }
 
@@ -313,9 +304,10 @@ impl Hold {
             noise_variance,
             watch,
         } = tick;
+        self.signs = None;
         self.outdated |= watch.pressure_changes;
         let settling = self.reference.settle(now, plateau, contact, watch.carrying);
-        self.tightens = self.outdated || settling;
+        let tightens = self.outdated || settling;
         let (Some(shares), Some(lately)) = (
             Shares::of(&self.reference.plateau, contact, noise_variance),
             Shares::of(&self.reference.lately, contact, noise_variance),
@@ -330,13 +322,13 @@ impl Hold {
             &shares,
             &self.level,
             smoothing,
-            self.tightens,
+            tightens,
             active.loss_allowance,
-            limits,
+            &limits,
         );
-        let slow = self.slow.step(&shares, limits);
+        let slow = slow::fall(&shares, &limits);
         let collapse = larger(quick, slow);
-        let one_sided = self.one_sided.step(&shares, &lately, smoothing, limits);
+        let one_sided = self.one_sided.step(&shares, &lately, smoothing);
         let (fall, cause) = match one_sided {
             Some(fall) if fall > collapse => (fall, LossCause::OneSided),
             _ if self.one_sided.is_felt() => (collapse, LossCause::Collapse),
@@ -344,6 +336,12 @@ impl Hold {
         };
         // What a free finger would lose at a lower pressure is no evidence.
         let sag = self.reference.sag_ue(contact) * shares.per_ue;
+        self.signs = (!tightens).then_some(Signs {
+            fall: fall - sag,
+            collapse: quick - sag,
+            slow: slow - sag,
+            one_sided: one_sided.map(|fall| fall - sag),
+        });
         let lost = self.evidence.step(
             now,
             fall - sag,

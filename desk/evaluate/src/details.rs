@@ -125,18 +125,21 @@ fn parameters(case: &Case) -> String {
     text
 }
 
-/// Limits as measured: what held objects reached, the line, and what lost ones reached.
+/// The evidence that held objects reached, its limit, and what lost ones reached, by hypothesis.
 pub fn limits(measured: &[Measured]) -> String {
-    let mut out = String::new();
+    let mut out = String::from("evidence, %·ms\n");
     for Measured { situation, rows } in measured {
         // Writing to a String cannot fail.
         let _ = writeln!(out, "{}", situation.name());
         for row in rows {
-            let lost = row.lost.map_or("-".into(), |lost| format!("{lost:.3}"));
+            let lost = row.lost.map_or("-".into(), |lost| format!("{lost:.1}"));
             let _ = writeln!(
                 out,
-                "  {:24} held {:7.3}   limit {:6.3}   lost {lost:>7} {:5}   of {} losses",
-                row.sign, row.held, row.limit, row.unit, row.losses
+                "  {:15} held {:7.2}   limit {:5.1}   99 % of {:3} lost {lost:>7}",
+                row.hypothesis.name(),
+                row.held,
+                row.limit,
+                row.losses
             );
         }
     }

@@ -1,4 +1,4 @@
-//! What held objects reach and what lost ones reach of everything that the detector has a limit for.
+//! How near held objects come to the detector's limit, and how far lost ones go beyond it, by hypothesis.
 //!
 //! Held: hours of the workload, and the runs of the sample in which the object stays. Lost: the other runs,
 //! under a controller that never reports, so that the whole collapse is seen.
@@ -7,9 +7,7 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 use serde::Serialize;
-use sim::scenario::ObjectKind;
 use sim::setup::Setup;
-use softgrip::detect::limits::Limit;
 use softgrip::settings::Settings;
 use softgrip::telemetry::Event;
 
@@ -17,7 +15,7 @@ use crate::case::{Case, Knowledge, Push};
 use crate::identified_model::IdentifiedModel;
 use crate::latency;
 use crate::options::Options;
-use crate::reach::{Reach, Situation};
+use crate::reach::{Hypothesis, Reach, Situation};
 use crate::record::{ObjectOutcome, Recording};
 use crate::workload::{Block, Programme, TICK_S, Workload};
 
@@ -32,31 +30,27 @@ const BATCH: u64 = 64;
 /// The share of losses that reach what is said.
 const OF_LOSSES: f64 = 0.99;
 
-/// A limit, as measured and as the detector has it.
+/// The evidence for one hypothesis, %·ms.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// What is limited.
-    pub sign: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
+    /// The hypothesis, by itself.
+    pub hypothesis: Hypothesis,
     /// The most that held objects reached.
     pub held: f32,
-    /// The detector's limit.
+    /// The detector's limit, without noise.
     pub limit: f32,
     /// What 99 of 100 lost objects reached, of those that go this way; none if there were none.
     pub lost: Option<f32>,
     /// How many those were.
     pub losses: usize,
-    /// Held and lost as the detector's table has them.
-    pub table: [f32; 2],
 }
 
-/// The limits in one situation.
+/// The evidence in one situation.
 #[derive(Debug, Clone, Serialize)]
 pub struct Measured {
     /// The situation.
     pub situation: Situation,
-    /// One row per limit.
+    /// One row per hypothesis.
     pub rows: Vec<Row>,
 }
 
@@ -85,7 +79,7 @@ pub fn measure(
             }
             Ok(Measured {
                 situation,
-                rows: rows(situation, &held, &runs, at),
+                rows: rows(options, &held, &runs, at),
             })
         })
         .collect()
@@ -102,8 +96,6 @@ struct Run {
 /// How an object was lost.
 #[derive(Debug, Clone, Copy)]
 struct Kind {
-    /// A sphere, by the arm: its widest section passes the tips.
-    passes: bool,
     /// Pushed against a finger.
     sideways: bool,
 }
@@ -135,9 +127,7 @@ fn run(base: &Setup, options: &Options, index: u64) -> anyhow::Result<Option<Run
         ObjectOutcome::Displaced => return Ok(None),
         ObjectOutcome::Held => (None, recording.carried().end - 1),
         ObjectOutcome::Lost { onset } => {
-            let sphere = case.setup.scenario.object == ObjectKind::Sphere;
             let kind = Kind {
-                passes: sphere && case.push.is_none(),
                 sideways: case.push.is_some_and(|push| is_sideways(&push)),
             };
             (Some(kind), onset + COLLAPSE_MS)
@@ -183,10 +173,8 @@ fn look(
             if tick > until || outputs.events.iter().any(ended) {
                 return ControlFlow::Break(());
             }
-            if tick >= recording.lift
-                && let Some(signs) = controller.signs()
-            {
-                reach.take(&signs);
+            if tick >= recording.lift {
+                reach.take(controller.signs());
             }
             ControlFlow::Continue(())
         },
@@ -226,58 +214,24 @@ fn held(
     Ok(greatest)
 }
 
-/// One row per limit, from the runs in the situation at this place of [`Situation::ALL`].
-fn rows(situation: Situation, held: &Reach, runs: &[Run], at: usize) -> Vec<Row> {
-    let limits = situation.limits();
-    let Reach([fall_per_s, fallen, emptied, passed]) = *held;
-    type Way = fn(&Kind) -> bool;
-    let all: [(&str, &str, f32, &Limit, Way); 4] = [
-        (
-            "fall of the level",
-            "1/s",
-            fall_per_s,
-            &limits.fall_per_s,
-            |_| true,
-        ),
-        (
-            "fall below the plateau",
-            "share",
-            fallen,
-            &limits.fallen,
-            |_| true,
-        ),
-        (
-            "fall of one finger",
-            "share",
-            emptied,
-            &limits.emptied,
-            |kind| kind.sideways,
-        ),
-        (
-            "rise past the tips",
-            "share",
-            passed,
-            &limits.passed,
-            |kind| kind.passes,
-        ),
-    ];
-    let rows = all.into_iter().enumerate();
-    rows.map(|(sign, (name, unit, held, limit, way))| {
+/// One row per hypothesis, from the runs in the situation at this place of [`Situation::ALL`].
+fn rows(options: &Options, held: &Reach, runs: &[Run], at: usize) -> Vec<Row> {
+    let rows = Hypothesis::ALL.into_iter().enumerate();
+    rows.map(|(place, hypothesis)| {
+        let goes_this_way = |kind: &Kind| hypothesis != Hypothesis::OneSided || kind.sideways;
         let lost = runs
             .iter()
-            .filter(|run| run.kind.as_ref().is_some_and(way))
-            .map(|run| run.reach[at].0[sign]);
+            .filter(|run| run.kind.as_ref().is_some_and(goes_this_way))
+            .map(|run| run.reach[at].most[place]);
         let mut lost: Vec<f32> = lost.collect();
         lost.sort_by(f32::total_cmp);
         let reached = lost.get(((1.0 - OF_LOSSES) * lost.len() as f64) as usize);
         Row {
-            sign: name,
-            unit,
-            held,
-            limit: limit.limit,
+            hypothesis,
+            held: held.most[place],
+            limit: options.settings.detection.loss_evidence_percent_ms,
             lost: reached.copied(),
             losses: lost.len(),
-            table: [limit.held, limit.lost],
         }
     })
     .collect()

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 use softgrip::command::Motion;
-use softgrip::detect::limits::{Limits, Signs};
+use softgrip::detect::limits::Signs;
 use softgrip::units::AdcCode;
-use softgrip::{FINGERS, RawFrame};
+use softgrip::{FINGERS, RawFrame, TICK_US};
 
 use crate::cycle::Activity;
 
@@ -30,15 +30,6 @@ impl Situation {
             Self::Moving => "the arm may move",
             Self::Still => "the arm stands still",
             Self::TwoFingers => "one gauge is open",
-        }
-    }
-
-    /// The detector's limits for it.
-    pub fn limits(self) -> &'static Limits {
-        match self {
-            Self::Moving => Limits::of(Motion::Moving, FINGERS),
-            Self::Still => Limits::of(Motion::Still, FINGERS),
-            Self::TwoFingers => Limits::of(Motion::Moving, FINGERS - 1),
         }
     }
 
@@ -75,29 +66,73 @@ impl Situation {
     }
 }
 
-/// The greatest of each sign.
+/// A hypothesis of the detector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hypothesis {
+    /// Any of them: what the detector sums up.
+    Any,
+    /// The sum falls faster than an arm makes it.
+    Collapse,
+    /// All fingers but the emptiest have fallen below their plateau.
+    Slow,
+    /// One finger has emptied while the others feel it.
+    OneSided,
+}
+
+impl Hypothesis {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Any, Self::Collapse, Self::Slow, Self::OneSided];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Any => "any",
+            Self::Collapse => "collapse",
+            Self::Slow => "slow loss",
+            Self::OneSided => "one-sided loss",
+        }
+    }
+}
+
+/// Evidence of each of [`Hypothesis::ALL`] by itself, %·ms, and the most that it has been.
 #[derive(Debug, Clone, Copy)]
-pub struct Reach(pub [f32; 4]);
+pub struct Reach {
+    sum: [f32; 4],
+    /// The most.
+    pub most: [f32; 4],
+}
 
 impl Reach {
     /// Nothing seen.
-    pub const NONE: Self = Self([0.0; 4]);
+    pub const NONE: Self = Self {
+        sum: [0.0; 4],
+        most: [0.0; 4],
+    };
 
-    /// Takes one tick.
-    pub fn take(&mut self, signs: &Signs) {
-        let Signs {
-            fall_per_s,
-            fallen,
-            emptied,
-            passed,
-        } = *signs;
-        self.join(&Self([fall_per_s, fallen, emptied, passed]));
+    /// Takes one tick; none ends a hold.
+    pub fn take(&mut self, signs: Option<Signs>) {
+        let Some(signs) = signs else {
+            self.sum = [0.0; 4];
+            return;
+        };
+        let falls = [
+            Some(signs.fall),
+            Some(signs.collapse),
+            Some(signs.slow),
+            signs.one_sided,
+        ];
+        let tick_ms = 1e-3 * TICK_US as f32;
+        for ((sum, most), fall) in self.sum.iter_mut().zip(&mut self.most).zip(falls) {
+            *sum = fall.map_or(0.0, |fall| (*sum + 100.0 * tick_ms * fall).max(0.0));
+            *most = most.max(*sum);
+        }
     }
 
     /// Takes the greater of each.
     pub fn join(&mut self, other: &Self) {
-        for (greatest, value) in self.0.iter_mut().zip(other.0) {
-            *greatest = greatest.max(value);
+        for (most, other) in self.most.iter_mut().zip(other.most) {
+            *most = most.max(other);
         }
     }
 }

@@ -332,8 +332,8 @@ impl<'a> Workload<'a> {
             let now = Instant::from_micros(TICK_US * self.tick);
             let outputs = self.controller.step(now, &frame, command);
             self.dac = outputs.dac;
-            if let (Some((_, reach)), Some(signs)) = (&mut self.reach, self.controller.signs()) {
-                reach.take(&signs);
+            if let Some((_, reach)) = &mut self.reach {
+                reach.take(self.controller.signs());
             }
             if let Some(baselines) = &mut self.baselines {
                 let seen = outputs.snapshot;
