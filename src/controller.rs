@@ -4,6 +4,7 @@ use crate::air::AirModel;
 use crate::command::{Answer, Command, Motion};
 use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
 use crate::detect::Detector;
+use crate::detect::limits::Signs;
 use crate::estimate::{Contact, Estimator};
 use crate::event::Events;
 use crate::fault::Fault;
@@ -92,6 +93,11 @@ impl Controller {
     /// The settings in use.
     pub fn active(&self) -> &Active {
         &self.active
+    }
+
+    /// What the detector looked at in the last tick; none while nothing is held at a steady pressure.
+    pub fn signs(&self) -> Option<Signs> {
+        self.detector.signs()
     }
 
     /// One tick; to be called every [`TICK_US`](crate::units::TICK_US). `now` must not run backwards.

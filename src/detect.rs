@@ -16,7 +16,7 @@ mod air;
 mod collapse;
 mod evidence;
 mod level;
-mod limits;
+pub mod limits;
 mod one_sided;
 mod plateau;
 mod shares;
@@ -27,11 +27,12 @@ use air::AirLoss;
 use collapse::Collapse;
 use evidence::Evidence;
 use level::{Level, Smoothing};
-use limits::Limits;
+use limits::{Limits, Signs};
 use one_sided::OneSided;
 use plateau::{CALM, Plateau, Reference};
 use shares::Shares;
 use slip::Slip;
+use slow::Slow;
 
 use crate::air::Air;
 use crate::command::Motion;
@@ -184,11 +185,14 @@ struct Hold {
     reference: Reference,
     level: Level,
     collapse: Collapse,
+    slow: Slow,
     one_sided: OneSided,
     evidence: Evidence,
     slip: Slip,
     /// The pressure has changed since the plateau was taken.
     outdated: bool,
+    /// It has, or the fingers still follow the last of it.
+    tightens: bool,
 }
 
 /// The detector's memory.
@@ -214,6 +218,17 @@ impl Detector {
     /// The normalised residual, smoothed; none while nothing is held.
     pub fn level(&self) -> Option<f32> {
         self.hold.as_ref().map(|hold| hold.level.value)
+    }
+
+    /// What was looked at in the last tick; none while nothing is held at a steady pressure.
+    pub fn signs(&self) -> Option<Signs> {
+        let hold = self.hold.as_ref().filter(|hold| !hold.tightens)?;
+        Some(Signs {
+            fall_per_s: -hold.level.rate,
+            fallen: hold.slow.fallen,
+            emptied: hold.one_sided.emptied,
+            passed: hold.collapse.rise(),
+        })
     }
 
     /// Judges one tick. `watch` is given while the supervisor believes that something is held; the first such
@@ -276,10 +291,12 @@ impl Hold {
             reference: plateau.reference(now, carrying),
             level: Level::START,
             collapse: Collapse::START,
+            slow: Slow::START,
             one_sided: OneSided::START,
             evidence: Evidence::none(now),
             slip: Slip::NONE,
             outdated: false,
+            tightens: true,
         }
     }
 
@@ -298,6 +315,7 @@ impl Hold {
         } = tick;
         self.outdated |= watch.pressure_changes;
         let settling = self.reference.settle(now, plateau, contact, watch.carrying);
+        self.tightens = self.outdated || settling;
         let (Some(shares), Some(lately)) = (
             Shares::of(&self.reference.plateau, contact, noise_variance),
             Shares::of(&self.reference.lately, contact, noise_variance),
@@ -312,13 +330,13 @@ impl Hold {
             &shares,
             &self.level,
             smoothing,
-            self.outdated || settling,
+            self.tightens,
             active.loss_allowance,
-            &limits,
+            limits,
         );
-        let slow = slow::fall(&shares, &limits);
+        let slow = self.slow.step(&shares, limits);
         let collapse = larger(quick, slow);
-        let one_sided = self.one_sided.step(&shares, &lately, smoothing);
+        let one_sided = self.one_sided.step(&shares, &lately, smoothing, limits);
         let (fall, cause) = match one_sided {
             Some(fall) if fall > collapse => (fall, LossCause::OneSided),
             _ if self.one_sided.is_felt() => (collapse, LossCause::Collapse),

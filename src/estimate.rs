@@ -7,7 +7,7 @@
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::math::lag_gain;
 use crate::range::{SettingsError, within};
-use crate::table::{FingerTable, Range};
+use crate::table::{self, FingerTable, Range};
 use crate::units::{Degrees, FINGERS, Kilopascals, Microstrain, TICK_US};
 
 /// What the gauges see.
@@ -235,7 +235,7 @@ impl Estimator {
             self.blind_ticks = self.blind_ticks.saturating_add(1);
         }
         let pressure = self.lagged_pressure();
-        let (free, range) = table.free_strain(pressure);
+        let (free, range) = table::free_strain(table, pressure);
         self.free = self.lag.map(|_| match active.gauge_sense {
             GaugeSense::Bend => free,
             GaugeSense::Contact => Microstrain(0.0),
@@ -266,11 +266,12 @@ impl Estimator {
             strains += 1.0;
         }
         if strains > 0.0 && active.gauge_sense == GaugeSense::Bend {
-            let (pressure, _) = table.pressure_for_strain(Microstrain(strain_sum / strains));
-            self.bend = table.bend(pressure).0;
+            let (pressure, _) =
+                table::pressure_for_strain(table, Microstrain(strain_sum / strains));
+            self.bend = table::bend(table, pressure).0;
         } else if active.gauge_sense == GaugeSense::Contact {
             // Such a gauge cannot see bending; the free bend is the best that is known.
-            self.bend = table.bend(pressure).0;
+            self.bend = table::bend(table, pressure).0;
         }
         Contact {
             residual,

@@ -6,7 +6,7 @@
 //! object's residual fall.
 
 use super::level::{Level, Smoothing};
-use super::limits::{Limits, PASSED};
+use super::limits::Limits;
 use super::shares::Shares;
 use crate::math::{larger, smaller};
 use crate::units::TICK_US;
@@ -32,6 +32,11 @@ impl Collapse {
         passed: false,
     };
 
+    /// Rise of the emptiest finger over its plateau, smoothed, share.
+    pub fn rise(&self) -> f32 {
+        self.least - 1.0
+    }
+
     /// Fall of the sum below where it was just now, less what counts for nothing. `tightens`: the grip is
     /// being changed, or still follows the last of its pressure.
     pub fn step(
@@ -45,12 +50,13 @@ impl Collapse {
     ) -> f32 {
         self.least += smoothing.gain * (shares.emptiest - self.least);
         // Neither a higher pressure nor an object that is still being put in is a way past the tips.
-        self.passed = !tightens && (self.least > PASSED || self.passed && level.value > 1.0);
+        self.passed = !tightens
+            && (self.least > 1.0 + limits.passed.limit || self.passed && level.value > 1.0);
         let reached = match self.passed {
             true => level.value,
             false => smaller(level.value, 1.0),
         };
-        let recent = self.recent - limits.held_fall_per_s / TICKS_PER_S;
+        let recent = self.recent - limits.fall_per_s.limit / TICKS_PER_S;
         self.recent = larger(reached, recent);
         self.recent - shares.sum - allowance - limits.quick_allowance
     }

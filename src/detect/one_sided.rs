@@ -3,7 +3,7 @@
 //! A gauge that fades looks like an emptying finger, but the other fingers do not feel it.
 
 use super::level::Smoothing;
-use super::limits::{EMPTYING, FINGER_ALLOWANCE, SIDEWAYS};
+use super::limits::{EMPTYING, Limits, SIDEWAYS};
 use super::plateau::CALM;
 use super::shares::Shares;
 use crate::math::{root, smaller};
@@ -21,6 +21,8 @@ pub(super) struct OneSided {
     emptiest: f32,
     /// How much longer the other fingers are taken to feel what the emptiest does.
     felt_ticks: u16,
+    /// Fall of the emptiest finger while the object leaves sideways, share; else zero.
+    pub emptied: f32,
 }
 
 impl OneSided {
@@ -28,16 +30,24 @@ impl OneSided {
     pub const START: Self = Self {
         emptiest: 1.0,
         felt_ticks: 0,
+        emptied: 0.0,
     };
 
     /// Fall of the emptiest finger, less what counts for nothing; none unless the object leaves sideways.
     /// `shares` are of the plateau, `lately` of what each finger has carried lately.
-    pub fn step(&mut self, shares: &Shares, lately: &Shares, smoothing: &Smoothing) -> Option<f32> {
+    pub fn step(
+        &mut self,
+        shares: &Shares,
+        lately: &Shares,
+        smoothing: &Smoothing,
+        limits: &Limits,
+    ) -> Option<f32> {
         self.emptiest += smoothing.gain * (lately.emptiest - self.emptiest);
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
         let ahead = 2.0 * lately.emptiest - self.emptiest;
-        let mut fall = smaller(1.0 - ahead - FINGER_ALLOWANCE, EMPTYING - lately.emptiest);
+        let falls = 1.0 - ahead;
+        let mut fall = smaller(falls - limits.emptied.limit, EMPTYING - lately.emptiest);
         if fall > 0.0 {
             fall -= FINGER_SIGMAS * root(lately.emptiest_variance);
         }
@@ -46,7 +56,9 @@ impl OneSided {
             false => self.felt_ticks.saturating_sub(1),
         };
         // A knock from the side presses on the others almost as much as it takes away.
-        (self.is_felt() && shares.sum < 1.0 - SIDEWAYS).then_some(fall)
+        let leaves = self.is_felt() && shares.sum < 1.0 - SIDEWAYS;
+        self.emptied = if leaves { falls } else { 0.0 };
+        leaves.then_some(fall)
     }
 
     /// Whether the other fingers feel what the emptiest does. What they do not feel is a gauge that fades.

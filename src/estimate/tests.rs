@@ -1,7 +1,7 @@
 //! What the fingers feel, by what the gauges show.
 
 use super::*;
-use crate::table::FINGER;
+use crate::table::{self, FINGER};
 use crate::units::Volts;
 
 fn reading(pressure: f32, strain: [f32; 3]) -> Reading {
@@ -31,7 +31,7 @@ fn settle(estimator: &mut Estimator, active: &Active, reading: &Reading) -> Cont
 fn a_free_finger_has_no_residual_and_a_blocked_one_has() {
     let active = active(Settings::default());
     let mut estimator = Estimator::new();
-    let free = FINGER.free_strain(Kilopascals(140.0)).0.0;
+    let free = table::free_strain(&FINGER, Kilopascals(140.0)).0.0;
     let contact = settle(
         &mut estimator,
         &active,
@@ -47,9 +47,9 @@ fn a_free_finger_has_no_residual_and_a_blocked_one_has() {
 fn the_bend_of_a_free_finger_is_the_tables() {
     let active = active(Settings::default());
     let mut estimator = Estimator::new();
-    let free = FINGER.free_strain(Kilopascals(100.0)).0.0;
+    let free = table::free_strain(&FINGER, Kilopascals(100.0)).0.0;
     let contact = settle(&mut estimator, &active, &reading(100.0, [free; 3]));
-    let (bend, _) = FINGER.bend(Kilopascals(100.0));
+    let (bend, _) = table::bend(&FINGER, Kilopascals(100.0));
     assert!((contact.bend.0 - bend.0).abs() < 0.05);
 }
 
@@ -129,14 +129,14 @@ fn a_finger_inflates_with_its_lag_from_the_first_pressure_on() {
     // 63 % of the way, less the 6 ms of the swing.
     let kpa = estimator.lagged_pressure().0;
     assert!((79.0..84.0).contains(&kpa), "{kpa}");
-    let (free, _) = FINGER.free_strain(estimator.lagged_pressure());
+    let (free, _) = table::free_strain(&FINGER, estimator.lagged_pressure());
     assert_eq!(estimator.free_strain(), Some(free));
 }
 
 #[test]
 fn touch_is_made_above_500_ue_and_5_percent_and_kept_down_to_60_percent_of_that() {
     let active = active(Settings::default());
-    let free = FINGER.free_strain(Kilopascals(140.0)).0.0;
+    let free = table::free_strain(&FINGER, Kilopascals(140.0)).0.0;
     let threshold = 500.0 + 0.05 * free;
     let at = |share: f32| reading(140.0, [free - share * threshold, free, free]);
     let mut estimator = Estimator::new();
@@ -212,7 +212,7 @@ fn a_calibrated_gauge_is_free_at_its_own_strain_and_bends_as_the_others_do() {
         free_bend_gain: gains,
         ..Settings::default()
     });
-    let free = FINGER.free_strain(Kilopascals(100.0)).0.0;
+    let free = table::free_strain(&FINGER, Kilopascals(100.0)).0.0;
     let mut estimator = Estimator::new();
     let contact = settle(
         &mut estimator,
@@ -222,22 +222,22 @@ fn a_calibrated_gauge_is_free_at_its_own_strain_and_bends_as_the_others_do() {
     for residual in contact.residual {
         assert!(residual.is_some_and(|ue| ue.0.abs() < 1.0), "{residual:?}");
     }
-    let (bend, _) = FINGER.bend(Kilopascals(100.0));
+    let (bend, _) = table::bend(&FINGER, Kilopascals(100.0));
     assert!((contact.bend.0 - bend.0).abs() < 0.05, "{:?}", contact.bend);
 }
 
 #[test]
 fn the_bend_is_that_of_the_mean_strain_and_stays_while_no_gauge_tells_it() {
     let active = active(Settings::default());
-    let at = |kpa: f32| FINGER.free_strain(Kilopascals(kpa)).0.0;
+    let at = |kpa: f32| table::free_strain(&FINGER, Kilopascals(kpa)).0.0;
     let mut estimator = Estimator::new();
     // Two of three gauges; the third tells nothing.
     let mut seen = reading(100.0, [at(60.0), at(100.0), 0.0]);
     seen.gauges[2] = Gauge::Missing;
     let bend = estimator.step(&seen, &FINGER, &active).bend;
     let mean = Microstrain(0.5 * (at(60.0) + at(100.0)));
-    let (pressure, _) = FINGER.pressure_for_strain(mean);
-    assert!((bend.0 - FINGER.bend(pressure).0.0).abs() < 0.01);
+    let (pressure, _) = table::pressure_for_strain(&FINGER, mean);
+    assert!((bend.0 - table::bend(&FINGER, pressure).0.0).abs() < 0.01);
     seen.gauges = [Gauge::Missing; 3];
     let contact = settle(&mut estimator, &active, &seen);
     assert_eq!((contact.bend, contact.usable_count()), (bend, 0));
@@ -251,7 +251,7 @@ fn a_gauge_that_feels_contact_alone_leaves_the_bend_to_the_table() {
     });
     let mut estimator = Estimator::new();
     let contact = settle(&mut estimator, &active, &reading(100.0, [3_000.0; 3]));
-    let (bend, _) = FINGER.bend(Kilopascals(100.0));
+    let (bend, _) = table::bend(&FINGER, Kilopascals(100.0));
     assert!((contact.bend.0 - bend.0).abs() < 0.05);
     assert_eq!(estimator.free_strain(), Some(Microstrain(0.0)));
 }
