@@ -289,6 +289,15 @@ fn the_zero_is_taken_off_every_strain_also_off_one_that_clips_and_one_that_is_ca
             assert!((strain.0 + zero_ue - ue).abs() < 1.0, "{strain:?} of {ue}");
         }
     }
+    // And off the first one of a gauge that has been repaired.
+    let mut open = frame([0.0; 3]);
+    open.gauges[0] = AdcCode(65_520);
+    for _ in 0..4 {
+        conditioner.step(&open, &FE, &expected, false);
+    }
+    let reading = conditioner.step(&frame([1_000.0; 3]), &FE, &expected, true);
+    let strain = reading.gauges[0].strain().expect("a repaired gauge");
+    assert!((strain.0 - 700.0).abs() < 1.0, "{strain:?}");
 }
 
 #[test]
@@ -323,7 +332,7 @@ fn between_measurements_a_suspect_gauge_is_missing_unless_it_only_clips() {
             true,
         ),
         (
-            0.0,
+            5_000.0,
             AdcCode(FE.gauge_code(Microstrain(20_300.0)) as u16),
             false,
         ),
