@@ -146,6 +146,24 @@ mod tests {
     }
 
     #[test]
+    fn the_deviation_is_what_is_measured_beyond_what_is_expected_where_both_are_known() {
+        let air = |measured: Option<f32>, expected: Option<f32>| Air {
+            measured: measured.map(Kilopascals),
+            expected: expected.map(Kilopascals),
+            deviating_us: 0,
+        };
+        assert_eq!(air(Some(97.0), Some(100.0)).deviation_kpa(), Some(-3.0));
+        assert_eq!(air(Some(104.0), Some(100.0)).deviation_kpa(), Some(4.0));
+        for unknown in [
+            air(None, Some(100.0)),
+            air(Some(97.0), None),
+            air(None, None),
+        ] {
+            assert_eq!(unknown.deviation_kpa(), None);
+        }
+    }
+
+    #[test]
     fn a_deviation_counts_from_its_first_tick_and_a_tick_without_a_measurement_is_no_news() {
         let mut model = AirModel::new();
         let deviating =

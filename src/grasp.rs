@@ -401,3 +401,6 @@ impl Default for Supervisor {
         Self::new(None)
     }
 }
+
+#[cfg(test)]
+mod tests;

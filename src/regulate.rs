@@ -150,6 +150,7 @@ mod tests {
     }
 
     /// A regulator and what it drives.
+    #[derive(Clone)]
     struct Loop {
         regulator: Regulator,
         model: AirModel,
@@ -275,9 +276,64 @@ mod tests {
         control.run(140.0, 1.0, 0.0, 200);
         let expected = control.model.expected().expect("known").0;
         assert!(control.regulator.setpoint().0 > expected + 10.0);
-        control.step(Some(10.0), Some(expected - 3.0));
         let slew = active().slew_kpa_per_tick;
-        assert!(control.regulator.setpoint().0 <= expected - slew + 1e-3);
+        // From the model where less is measured, or nothing, and from more than that where more is.
+        for (measured, from) in [
+            (Some(expected - 3.0), expected),
+            (None, expected),
+            (Some(expected + 5.0), expected + 5.0),
+        ] {
+            let mut control = control.clone();
+            control.step(Some(10.0), measured);
+            let setpoint = control.regulator.setpoint().0;
+            assert!((setpoint - (from - slew)).abs() < 1e-3, "{setpoint}");
+        }
+    }
+
+    #[test]
+    fn up_and_down_the_setpoint_moves_by_400_kpa_per_second_and_stops_at_its_target() {
+        let mut control = Loop::new();
+        control.run(100.0, 1.0, 0.0, 3_000);
+        for (target, step) in [(120.0, 0.4), (90.0, -0.4)] {
+            let before = control.regulator.setpoint().0;
+            control.step(Some(target), control.model.expected().map(|kpa| kpa.0));
+            let after = control.regulator.setpoint().0;
+            assert!((after - before - step).abs() < 1e-2, "{after}");
+            control.run(target, 1.0, 0.0, 1_000);
+            assert_eq!(control.regulator.setpoint().0, target);
+        }
+    }
+
+    #[test]
+    fn a_deviation_is_answered_with_a_tenth_of_it_and_chased_no_further_than_a_fault() {
+        // On a ramp, where nothing is trimmed.
+        let mut ramp = Loop::new();
+        ramp.run(140.0, 1.0, 0.0, 200);
+        let trim = ramp.regulator.trim;
+        let expected = ramp.model.expected().expect("known").0;
+        for (deviation, answer) in [(-2.0, 0.2), (2.0, -0.2), (-20.0, 0.8), (20.0, -0.8)] {
+            let mut ramp = ramp.clone();
+            let command = ramp.step(Some(140.0), Some(expected + deviation));
+            let answered = command - ramp.regulator.setpoint().0 - trim;
+            assert!(
+                (answered - answer).abs() < 1e-3,
+                "{answered} to {deviation}"
+            );
+            assert_eq!(ramp.regulator.trim, trim);
+        }
+        // And without a measurement with nothing.
+        let command = ramp.step(Some(140.0), None);
+        assert_eq!(command, ramp.regulator.setpoint().0 + trim);
+    }
+
+    #[test]
+    fn too_much_pressure_for_ever_is_trimmed_down_to_the_limit_of_the_trim() {
+        let mut control = Loop::new();
+        for _ in 0..20_000 {
+            let following = control.model.expected().map_or(0.0, |kpa| kpa.0);
+            control.step(Some(100.0), Some(following + 7.0));
+        }
+        assert_eq!(control.regulator.trim, -TRIM_LIMIT_KPA);
     }
 
     #[test]
@@ -288,6 +344,11 @@ mod tests {
         assert_eq!(control.step(None, Some(138.0)), 0.0);
         assert_eq!(control.regulator.setpoint().0, 0.0);
         assert_eq!(control.regulator.trim, 0.0);
+    }
+
+    #[test]
+    fn a_ramp_of_400_kpa_per_second_takes_0_4_in_a_tick() {
+        assert!((active().slew_kpa_per_tick - 0.4).abs() < 1e-6);
     }
 
     #[test]

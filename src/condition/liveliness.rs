@@ -56,3 +56,84 @@ impl Liveliness {
         froze || ignored_pressure
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gain of an average over 250 ms, one measurement per tick.
+    const GAIN: f32 = 0.004;
+    const STEADY: Option<Microstrain> = Some(Microstrain(4_000.0));
+
+    /// 3 010 measurements, of which those with `repeats` show the code of the one before.
+    fn measured(repeats: impl Fn(u16) -> bool) -> Liveliness {
+        let mut liveliness = Liveliness::NEW;
+        let mut code = 30_000;
+        for at in 0..3_010 {
+            code += u16::from(!repeats(at));
+            liveliness.step(AdcCode(code), STEADY, GAIN);
+            assert!(!liveliness.is_stuck(STEADY), "at {at}");
+        }
+        liveliness
+    }
+
+    /// After how many measurements alike it is stuck.
+    fn freezes_after(mut liveliness: Liveliness, code: AdcCode) -> Option<u16> {
+        (1..=1_000).find(|_| {
+            liveliness.step(code, STEADY, GAIN);
+            liveliness.is_stuck(STEADY)
+        })
+    }
+
+    #[test]
+    fn a_gauge_that_nearly_always_flickers_is_stuck_after_15_measurements_alike() {
+        // Three alike in every twelve are one that does not flicker for ten that do: 91 %.
+        let lively = measured(|at| at % 12 >= 10);
+        assert_eq!(freezes_after(lively, lively.last_code), Some(15));
+    }
+
+    #[test]
+    fn a_gauge_that_shows_every_code_twice_may_rest_for_ever() {
+        let quiet = measured(|at| at % 2 == 1);
+        assert_eq!(freezes_after(quiet, quiet.last_code), None);
+    }
+
+    #[test]
+    fn a_code_that_stays_while_a_free_finger_moves_by_1500_ue_is_stuck() {
+        let code = AdcCode(30_000);
+        let mut liveliness = Liveliness::NEW;
+        for _ in 0..1_000 {
+            liveliness.step(code, STEADY, GAIN);
+            assert!(!liveliness.is_stuck(STEADY));
+        }
+        for (free_ue, is_stuck) in [
+            (5_490.0, false),
+            (5_510.0, true),
+            (2_510.0, false),
+            (2_490.0, true),
+        ] {
+            let free = Some(Microstrain(free_ue));
+            liveliness.step(code, free, GAIN);
+            assert_eq!(liveliness.is_stuck(free), is_stuck, "{free_ue}");
+        }
+        // A new code is a gauge that moves.
+        let free = Some(Microstrain(2_490.0));
+        liveliness.step(AdcCode(30_001), free, GAIN);
+        assert!(!liveliness.is_stuck(free));
+    }
+
+    #[test]
+    fn what_a_free_finger_did_before_the_first_pressure_is_unknown() {
+        let mut liveliness = Liveliness::NEW;
+        let code = AdcCode(30_000);
+        liveliness.step(code, None, GAIN);
+        liveliness.step(code, None, GAIN);
+        assert!(!liveliness.is_stuck(None));
+        // The first pressure is where it counts from.
+        liveliness.step(code, STEADY, GAIN);
+        assert!(!liveliness.is_stuck(STEADY));
+        let moved = Some(Microstrain(5_600.0));
+        liveliness.step(code, moved, GAIN);
+        assert!(liveliness.is_stuck(moved));
+    }
+}

@@ -121,6 +121,25 @@ mod tests {
     }
 
     #[test]
+    fn a_monitor_that_is_back_at_what_the_commands_gave_meanwhile_is_believed() {
+        let mut wire = MonitorWire::NEW;
+        wire.step(code(140.0), &FE, None);
+        // Its wire was loose while the pressure went to 50 kPa.
+        let falls = [(52.0, false), (52.0, false), (57.0, false), (52.0, true)];
+        for (kpa, believed) in falls {
+            let monitor = wire.step(code(kpa), &FE, Some(Kilopascals(50.0)));
+            assert_eq!(monitor.pressure().is_some(), believed, "{monitor:?}");
+        }
+        // From then on a fall counts from there: 52 → 36.6 kPa is the most.
+        let monitor = wire.step(code(37.0), &FE, Some(Kilopascals(50.0)));
+        assert!(
+            monitor
+                .pressure()
+                .is_some_and(|kpa| (kpa.0 - 37.0).abs() < 0.1)
+        );
+    }
+
+    #[test]
     fn a_monitor_at_its_upper_end_is_too_high_and_what_is_just_below_is_a_pressure() {
         let mut wire = MonitorWire::NEW;
         let AdcCode(above) = FE.monitor_high_above;

@@ -157,12 +157,45 @@ mod tests {
         flicker(&mut ramp, 10.0, 30.0, 12);
         assert!(ramp.variance() < 2.0 * noise.variance(), "{ramp:?}");
         flicker(&mut noise, 500.0, 0.0, 8);
-        // Second differences of 2 000 µε, a sixth of their square, nearly reached after two time constants.
+        // Second differences of 2 000 µε, a sixth of their square, of which two time constants take 86 %.
         assert!(
-            (400_000.0..700_000.0).contains(&noise.variance()),
+            (520_000.0..620_000.0).contains(&noise.variance()),
             "{}",
             noise.variance()
         );
+    }
+
+    #[test]
+    fn noise_that_grows_by_half_is_no_outbreak() {
+        let mut noise = Noise::NONE;
+        flicker(&mut noise, 10.0, 0.0, 5_000);
+        let usual = noise.variance();
+        flicker(&mut noise, 15.0, 0.0, 20);
+        // 20 ms of 250, of what is 2.25 times as much.
+        let grown = noise.variance() / usual;
+        assert!((1.05..1.15).contains(&grown), "{grown}");
+    }
+
+    #[test]
+    fn averages_go_63_percent_of_their_way_in_their_time() {
+        // Usual noise in 250 ms, a burst in 8; differences of ±100 µε.
+        for (ticks, value) in [
+            (250, Noise::variance as fn(&Noise) -> f32),
+            (8, Noise::burst),
+        ] {
+            let mut noise = Noise::NONE;
+            flicker(&mut noise, 50.0, 0.0, ticks);
+            let share = value(&noise) / 5_000.0;
+            assert!((share - 0.632).abs() < 0.01, "{share} after {ticks}");
+        }
+        // Measurements 20 ms apart take 12.5 of them, in steps of 8 %.
+        let gains = Gains::every_tick().over(20.0);
+        let mut noise = Noise::NONE;
+        for _ in 0..13 {
+            noise.measure(100.0, true, &gains);
+        }
+        let share = noise.variance() / 100_000.0;
+        assert!((0.62..0.68).contains(&share), "{share}");
     }
 
     #[test]

@@ -35,6 +35,14 @@ fn step_after(
     conditioner.step(frame, &FE, &expected, acknowledged)
 }
 
+/// Measures the same until the amplifiers are warm: nothing may jump from there.
+fn warm(conditioner: &mut Conditioner, frame: &RawFrame) {
+    for tick in 0..100 {
+        let reading = step(conditioner, frame, 0.0);
+        assert!(matches!(reading.gauges[0], Gauge::Valid(_)), "{tick}");
+    }
+}
+
 /// Steps until finger 0 fails, at most `ticks`; says after how many and how.
 fn fails(
     conditioner: &mut Conditioner,
@@ -255,4 +263,215 @@ fn a_stale_or_overrun_frame_gives_nothing() {
     }
     let reading = step(&mut conditioner, &frame([0.0; 3]), 0.0);
     assert_eq!(reading.stale_ticks, 0);
+}
+
+#[test]
+fn the_zero_is_taken_off_every_strain_also_off_one_that_clips_and_one_that_is_carried() {
+    let mut conditioner = Conditioner::new();
+    let expected = Expected {
+        zero_ue: [300.0, -200.0, 0.0],
+        ..Expected::default()
+    };
+    // The last clips.
+    for (ue, carried) in [
+        (1_000.0, false),
+        (1_000.0, true),
+        (20_300.0, false),
+        (20_300.0, true),
+    ] {
+        let frame = RawFrame {
+            carried,
+            ..frame([ue; 3])
+        };
+        let reading = conditioner.step(&frame, &FE, &expected, false);
+        for (gauge, zero_ue) in reading.gauges.into_iter().zip(expected.zero_ue) {
+            let strain = gauge.strain().expect("a good gauge");
+            assert!((strain.0 + zero_ue - ue).abs() < 1.0, "{strain:?} of {ue}");
+        }
+    }
+    // And off the first one of a gauge that has been repaired.
+    let mut open = frame([0.0; 3]);
+    open.gauges[0] = AdcCode(65_520);
+    for _ in 0..4 {
+        conditioner.step(&open, &FE, &expected, false);
+    }
+    let reading = conditioner.step(&frame([1_000.0; 3]), &FE, &expected, true);
+    let strain = reading.gauges[0].strain().expect("a repaired gauge");
+    assert!((strain.0 - 700.0).abs() < 1.0, "{strain:?}");
+}
+
+#[test]
+fn a_failed_gauge_stays_failed_in_a_tick_without_data_and_in_one_without_a_measurement() {
+    let mut conditioner = Conditioner::new();
+    let mut open = frame([0.0; 3]);
+    open.gauges[0] = AdcCode(65_520);
+    let found = fails(&mut conditioner, 5, |_| 0.0, |_| open);
+    assert_eq!(found, Some((3, GaugeFault::Open)));
+    for frame in [
+        RawFrame { scans: 0, ..open },
+        RawFrame {
+            carried: true,
+            ..frame([0.0; 3])
+        },
+    ] {
+        let reading = step(&mut conditioner, &frame, 0.0);
+        assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));
+        assert_eq!(reading.gauges.map(Gauge::has_failed), [true, false, false]);
+    }
+}
+
+#[test]
+fn between_measurements_a_suspect_gauge_is_missing_unless_it_only_clips() {
+    // Of an open gauge nothing is known. One that clips from nearby shows an empty finger that swings; one that
+    // has come there by a jump, nothing.
+    for (from_ue, code, is_known) in [
+        (0.0, AdcCode(65_520), false),
+        (
+            18_000.0,
+            AdcCode(FE.gauge_code(Microstrain(20_300.0)) as u16),
+            true,
+        ),
+        (
+            5_000.0,
+            AdcCode(FE.gauge_code(Microstrain(20_300.0)) as u16),
+            false,
+        ),
+    ] {
+        let mut conditioner = Conditioner::new();
+        warm(&mut conditioner, &frame([from_ue; 3]));
+        let mut suspect = frame([from_ue; 3]);
+        suspect.gauges[0] = code;
+        let measured = step(&mut conditioner, &suspect, 0.0).gauges[0];
+        suspect.carried = true;
+        let carried = step(&mut conditioner, &suspect, 0.0).gauges[0];
+        assert_eq!(measured.strain().is_some(), is_known, "{code:?}");
+        assert_eq!(carried, measured);
+    }
+}
+
+#[test]
+fn a_gauge_may_jump_in_its_first_100_ticks_and_not_after_them() {
+    let mut conditioner = Conditioner::new();
+    for tick in 0..99 {
+        step(&mut conditioner, &frame([0.0; 3]), tick as f32);
+    }
+    // In the hundredth, to stay there: neither a jump nor noise.
+    let found = fails(
+        &mut conditioner,
+        100,
+        |_| 0.0,
+        |_| frame([9_000.0, 0.0, 0.0]),
+    );
+    assert_eq!(found, None);
+
+    let mut conditioner = Conditioner::new();
+    warm(&mut conditioner, &frame([0.0; 3]));
+    // No amplifier's filter charges any more.
+    let reading = step(&mut conditioner, &frame([9_000.0, 0.0, 0.0]), 0.0);
+    assert_eq!(reading.gauges[0], Gauge::Missing);
+}
+
+#[test]
+fn a_gauge_that_flickers_while_it_warms_up_is_not_noisy() {
+    let mut conditioner = Conditioner::new();
+    let make = |tick: u32| match tick {
+        0..100 => frame([100.0 * flicker(tick), 0.0, 0.0]),
+        _ => frame([flicker(tick), 0.0, 0.0]),
+    };
+    assert_eq!(fails(&mut conditioner, 500, |_| 0.0, make), None);
+}
+
+#[test]
+fn a_jump_counts_from_the_last_strain_whatever_that_was() {
+    for from_ue in [3_000.0, -3_000.0, 12_000.0] {
+        let mut conditioner = Conditioner::new();
+        warm(&mut conditioner, &frame([from_ue; 3]));
+        for (to_ue, is_believed) in [(from_ue + 3_900.0, true), (from_ue - 200.0, false)] {
+            let reading = step(&mut conditioner, &frame([to_ue; 3]), 0.0);
+            assert_eq!(
+                reading.gauges[0].strain().is_some(),
+                is_believed,
+                "{from_ue} to {to_ue}"
+            );
+        }
+    }
+}
+
+#[test]
+fn measurements_20_ticks_apart_may_differ_by_a_swing_more() {
+    // 2 700 µε for the ten ticks beyond the first ten, beyond the 4 000 of a jump.
+    for (to_ue, is_believed) in [(6_600.0, true), (6_800.0, false)] {
+        let mut conditioner = Conditioner::new();
+        warm(&mut conditioner, &frame([0.0; 3]));
+        for _ in 0..19 {
+            let between = RawFrame {
+                carried: true,
+                ..frame([0.0; 3])
+            };
+            step(&mut conditioner, &between, 0.0);
+        }
+        let reading = step(&mut conditioner, &frame([to_ue, 0.0, 0.0]), 0.0);
+        assert_eq!(reading.gauges[0].strain().is_some(), is_believed, "{to_ue}");
+    }
+}
+
+#[test]
+fn spike_after_spike_is_noise_and_a_spike_now_and_then_is_none() {
+    for (period, expected) in [(3, Some(GaugeFault::Noisy)), (40, None)] {
+        let mut conditioner = Conditioner::new();
+        warm(&mut conditioner, &frame([0.0; 3]));
+        let make = |tick: u32| match tick % period {
+            0 => frame([9_000.0, 0.0, 0.0]),
+            _ => frame([flicker(tick), 0.0, 0.0]),
+        };
+        let found = fails(&mut conditioner, 2_000, |_| 0.0, make);
+        assert_eq!(found.map(|(_, fault)| fault), expected);
+    }
+}
+
+#[test]
+fn at_its_limits_a_code_is_beyond_the_amplifier_and_one_code_further_is_the_wire() {
+    let AdcCode(short) = FE.gauge_short_below;
+    let AdcCode(open) = FE.gauge_open_above;
+    for (code, expected) in [
+        (short, GaugeFault::Saturated),
+        (short - 1, GaugeFault::Short),
+        (open, GaugeFault::Saturated),
+        (open + 1, GaugeFault::Open),
+    ] {
+        let mut bad = frame([0.0; 3]);
+        bad.gauges[0] = AdcCode(code);
+        let found = fails(&mut Conditioner::new(), 20, |_| 0.0, |_| bad);
+        assert_eq!(found.map(|(_, fault)| fault), Some(expected), "{code}");
+    }
+}
+
+#[test]
+fn a_failure_that_is_acknowledged_twice_ends_with_its_cause() {
+    let mut conditioner = Conditioner::new();
+    let mut open = frame([0.0; 3]);
+    open.gauges[0] = AdcCode(65_520);
+    let found = fails(&mut conditioner, 5, |_| 0.0, |_| open);
+    assert_eq!(found, Some((3, GaugeFault::Open)));
+    step(&mut conditioner, &open, 0.0);
+    for _ in 0..2 {
+        let reading = step_after(&mut conditioner, &open, 0.0, true);
+        assert_eq!(reading.gauges[0], Gauge::Failed(GaugeFault::Open));
+    }
+    let reading = step(&mut conditioner, &frame([0.0; 3]), 0.0);
+    assert!(matches!(reading.gauges[0], Gauge::Valid(_)));
+}
+
+#[test]
+fn ticks_without_data_are_counted_until_the_next_ones() {
+    let mut conditioner = Conditioner::new();
+    let late = RawFrame {
+        scans: 0,
+        ..frame([0.0; 3])
+    };
+    for ticks in 1..=5 {
+        let reading = step(&mut conditioner, &late, 0.0);
+        assert_eq!((reading.stale_ticks, reading.supply), (ticks, None));
+    }
+    assert_eq!(step(&mut conditioner, &frame([0.0; 3]), 0.0).stale_ticks, 0);
 }

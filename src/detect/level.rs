@@ -58,3 +58,43 @@ impl Level {
         self.variance = shares.variance * smoothing.variance;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_followed_by_63_percent_in_8_ms() {
+        let (mut level, smoothing) = (Level::START, Smoothing::new());
+        for _ in 0..8 {
+            level.step(&Shares::every(0.0), &smoothing);
+        }
+        assert!((level.value - 0.368).abs() < 0.001, "{level:?}");
+    }
+
+    #[test]
+    fn the_rate_of_a_steady_fall_is_its_own() {
+        let (mut level, smoothing) = (Level::START, Smoothing::new());
+        // 40 % in 200 ms.
+        for ms in 1..=200 {
+            level.step(&Shares::every(1.0 - 0.002 * ms as f32), &smoothing);
+        }
+        assert!((level.rate + 2.0).abs() < 0.01, "{level:?}");
+    }
+
+    #[test]
+    fn the_noise_of_the_level_is_what_the_average_leaves_of_it() {
+        let (mut level, smoothing) = (Level::START, Smoothing::new());
+        let mut random = fastrand::Rng::with_seed(1);
+        let (mut squares, ticks) = (0.0, 100_000);
+        for _ in 0..ticks {
+            // Uniform in ±0.1: a variance of 0.01 / 3.
+            let mut shares = Shares::every(0.9 + 0.2 * random.f32());
+            shares.variance = 0.01 / 3.0;
+            level.step(&shares, &smoothing);
+            squares += (level.value - 1.0) * (level.value - 1.0);
+        }
+        let measured = squares / ticks as f32;
+        assert!((measured / level.variance - 1.0).abs() < 0.05, "{measured}");
+    }
+}

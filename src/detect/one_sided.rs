@@ -54,3 +54,109 @@ impl OneSided {
         self.felt_ticks > 0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detect::limits::MOVING;
+
+    /// One finger with this share, the others pressed and the sum fallen as by an object that leaves sideways.
+    fn leaving(emptiest: f32) -> Shares {
+        Shares {
+            emptiest,
+            others: 1.1,
+            ..Shares::every(0.85)
+        }
+    }
+
+    /// The fall in the last tick of so many alike.
+    fn fall(one_sided: &mut OneSided, shares: &Shares, ticks: u32) -> Option<f32> {
+        let smoothing = Smoothing::new();
+        (0..ticks)
+            .map(|_| one_sided.step(shares, shares, &smoothing, &MOVING))
+            .last()?
+    }
+
+    /// The same of a finger that has carried until then.
+    fn fall_of(shares: &Shares, ticks: u32) -> Option<f32> {
+        let mut one_sided = OneSided::START;
+        fall(&mut one_sided, shares, ticks)
+    }
+
+    fn assert_close(value: Option<f32>, expected: f32) {
+        assert!(
+            value.is_some_and(|value| (value - expected).abs() < 2e-3),
+            "{value:?} and not {expected}"
+        );
+    }
+
+    #[test]
+    fn a_finger_that_empties_is_judged_by_where_it_will_be_in_8_ms() {
+        let (mut one_sided, smoothing) = (OneSided::START, Smoothing::new());
+        // 60 % in 150 ms.
+        for ms in 1..=150 {
+            let shares = leaving(1.0 - 0.004 * ms as f32);
+            one_sided.step(&shares, &shares, &smoothing, &MOVING);
+        }
+        // 0.4, and 0.03 less in 7.5 ticks.
+        assert_close(Some(one_sided.emptied), 0.63);
+    }
+
+    #[test]
+    fn a_finger_at_rest_counts_beyond_what_a_push_takes_and_its_noise() {
+        let allowance = MOVING.emptied.limit;
+        let mut noisy = leaving(0.3);
+        assert_close(fall_of(&noisy, 200), 0.7 - allowance);
+        // Twice its 2 % of noise.
+        noisy.emptiest_variance = 4e-4;
+        assert_close(fall_of(&noisy, 200), 0.7 - allowance - 0.04);
+        // Noise makes no less of what is no fall.
+        noisy.emptiest = 0.46;
+        assert_close(fall_of(&noisy, 200), 0.54 - allowance);
+    }
+
+    #[test]
+    fn a_finger_that_falls_fast_counts_below_a_half_alone() {
+        for emptiest in [0.6, 0.48] {
+            let first = fall_of(&leaving(emptiest), 1);
+            assert_close(first, 0.5 - emptiest);
+        }
+    }
+
+    #[test]
+    fn what_the_others_do_not_feel_is_a_gauge_that_fades() {
+        let mut fades = leaving(0.1);
+        for (others, is_felt) in [(1.02, false), (0.98, false), (1.04, true), (0.96, true)] {
+            fades.others = others;
+            let mut one_sided = OneSided::START;
+            let fall = fall(&mut one_sided, &fades, 1);
+            assert_eq!(
+                (fall.is_some(), one_sided.is_felt(), one_sided.emptied > 0.0),
+                (is_felt, is_felt, is_felt),
+                "{others}"
+            );
+        }
+    }
+
+    #[test]
+    fn others_that_pass_through_their_plateau_feel_it_for_50_ticks() {
+        let mut one_sided = OneSided::START;
+        let mut turning = leaving(0.1);
+        fall(&mut one_sided, &turning, 1);
+        turning.others = 1.0;
+        assert!(fall(&mut one_sided, &turning, 49).is_some());
+        assert_eq!(fall(&mut one_sided, &turning, 1), None);
+    }
+
+    #[test]
+    fn a_knock_that_takes_less_than_7_percent_in_all_is_no_loss() {
+        for (sum, leaves) in [(0.94, false), (0.92, true)] {
+            let knocked = Shares {
+                sum,
+                ..leaving(0.1)
+            };
+            let fall = fall_of(&knocked, 1);
+            assert_eq!(fall.is_some(), leaves, "{sum}");
+        }
+    }
+}

@@ -161,3 +161,167 @@ impl Reference {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::Range;
+    use crate::units::Degrees;
+
+    const CARRYING: [bool; FINGERS] = [true; FINGERS];
+
+    fn at(ms: u64) -> Instant {
+        Instant::from_micros(1_000 * ms)
+    }
+
+    /// One tick with these residuals, and this strain of a free finger, µε.
+    fn felt(residual_ue: [Option<f32>; FINGERS], free_ue: f32) -> Contact {
+        Contact {
+            residual: residual_ue.map(|ue| ue.map(Microstrain)),
+            touching: CARRYING,
+            free: Microstrain(free_ue),
+            bend: Degrees(60.0),
+            range: Range::Inside,
+            known: true,
+        }
+    }
+
+    fn all(residual_ue: f32) -> Contact {
+        felt([Some(residual_ue); FINGERS], 12_000.0)
+    }
+
+    /// A plateau after so many ticks alike.
+    fn plateau(contact: &Contact, ticks: u32) -> Plateau {
+        let mut plateau = Plateau::new();
+        for _ in 0..ticks {
+            plateau.step(contact, None);
+        }
+        plateau
+    }
+
+    fn assert_close(values_ue: [f32; FINGERS], expected_ue: f32) {
+        for ue in values_ue {
+            assert!((ue - expected_ue).abs() < 2.0, "{ue} and not {expected_ue}");
+        }
+    }
+
+    #[test]
+    fn a_plateau_goes_63_percent_of_its_way_in_40_ms() {
+        let reference = plateau(&all(4_000.0), 40).reference(at(40), CARRYING);
+        assert_close(reference.plateau, 0.632 * 4_000.0);
+        assert_close(reference.lately, 0.632 * 4_000.0);
+        // A free finger's strain does, too.
+        assert_close([reference.free.0; FINGERS], 0.632 * 12_000.0);
+    }
+
+    #[test]
+    fn a_finger_that_did_not_touch_carries_nothing_in_a_hold() {
+        let plateau = plateau(&all(4_000.0), 1_000);
+        let reference = plateau.reference(at(0), [true, false, true]);
+        assert_eq!(reference.plateau[1], 0.0);
+        assert_eq!(reference.lately[1], 0.0);
+        assert!(reference.plateau[0] > 3_999.0 && reference.plateau[2] > 3_999.0);
+    }
+
+    #[test]
+    fn a_gauge_that_was_away_for_three_ticks_is_a_new_start_and_a_spike_is_none() {
+        for (away, restarts) in [(2, false), (3, true)] {
+            let mut plateau = plateau(&all(4_000.0), 1_000);
+            let mut hold = plateau.reference(at(0), CARRYING);
+            for _ in 0..away {
+                plateau.step(
+                    &felt([None, Some(4_000.0), Some(4_000.0)], 12_000.0),
+                    Some(&mut hold),
+                );
+            }
+            // The finger has another load than before, and so has one that was never away.
+            let turned = felt([Some(2_000.0), Some(2_000.0), Some(4_000.0)], 12_000.0);
+            plateau.step(&turned, Some(&mut hold));
+            let first = |values: [f32; FINGERS]| values[0];
+            assert_eq!(first(hold.plateau) == 2_000.0, restarts, "{hold:?}");
+            assert_eq!(first(hold.lately) == 2_000.0, restarts, "{hold:?}");
+            let fresh = plateau.reference(at(1), CARRYING);
+            assert_eq!(first(fresh.plateau) == 2_000.0, restarts, "{fresh:?}");
+            assert!(hold.plateau[1] > 3_900.0 && fresh.plateau[1] > 3_900.0);
+            // What comes next is averaged again.
+            plateau.step(&all(1_000.0), Some(&mut hold));
+            let next = plateau.reference(at(2), CARRYING);
+            assert!(first(next.plateau) > 1_900.0, "{next:?}");
+        }
+    }
+
+    #[test]
+    fn a_hold_follows_a_rise_for_400_ms_and_no_fall() {
+        let mut plateau = plateau(&all(4_000.0), 1_000);
+        let mut hold = plateau.reference(at(0), [true, true, false]);
+        let tighter = felt([Some(5_000.0), Some(3_000.0), Some(5_000.0)], 13_000.0);
+        for ms in 1..400 {
+            plateau.step(&tighter, Some(&mut hold));
+            assert!(
+                hold.settle(at(ms), &plateau, &tighter, [true, true, false]),
+                "{ms}"
+            );
+        }
+        let [risen, fallen, loose] = hold.plateau;
+        assert!((risen - 5_000.0).abs() < 1.0, "{risen}");
+        assert!((fallen - 4_000.0).abs() < 1.0, "{fallen}");
+        assert_eq!(loose, 0.0);
+        assert_eq!(hold.free, Microstrain(13_000.0));
+        // From then on it stays.
+        plateau.step(&all(9_000.0), Some(&mut hold));
+        assert!(!hold.settle(at(400), &plateau, &all(9_000.0), CARRYING));
+        assert_eq!(hold.plateau, [risen, fallen, loose]);
+    }
+
+    #[test]
+    fn what_a_finger_has_carried_lately_goes_63_percent_of_its_way_in_a_second() {
+        let plateau = plateau(&all(4_000.0), 1_000);
+        let mut hold = plateau.reference(at(0), CARRYING);
+        for _ in 0..1_000 {
+            hold.follow_lately(
+                &plateau,
+                &felt([Some(3_000.0), None, Some(3_000.0)], 12_000.0),
+            );
+        }
+        let [first, missing, _] = hold.lately;
+        assert!((first - 3_368.0).abs() < 2.0, "{first}");
+        assert!((missing - 4_000.0).abs() < 1.0, "{missing}");
+        assert_close(hold.plateau, 4_000.0);
+    }
+
+    #[test]
+    fn creep_is_followed_by_63_percent_in_5_s() {
+        let mut hold = plateau(&all(4_000.0), 1_000).reference(at(0), CARRYING);
+        let crept = felt([Some(3_800.0); FINGERS], 11_000.0);
+        let plateau = plateau(&crept, 1_000);
+        for _ in 0..5_000 {
+            hold.follow_creep(&plateau, &crept);
+        }
+        assert_close(hold.plateau, 3_873.6);
+        assert_close([hold.free.0; FINGERS], 11_367.9);
+    }
+
+    #[test]
+    fn a_lower_pressure_takes_what_a_free_finger_loses_and_a_higher_one_gives_nothing() {
+        let hold = plateau(&all(4_000.0), 1_000).reference(at(0), CARRYING);
+        for (free_ue, sag_ue) in [(11_500.0, 500.0), (12_500.0, 0.0)] {
+            let sag = hold.sag_ue(&felt([Some(4_000.0); FINGERS], free_ue));
+            assert!((sag - sag_ue).abs() < 1.0, "{sag}");
+        }
+    }
+
+    #[test]
+    fn a_finger_has_fallen_by_what_is_missing_of_its_plateau() {
+        let plateau = plateau(&all(4_000.0), 1_000);
+        let hold = plateau.reference(at(0), [true, true, false]);
+        let [fallen, missing, loose] =
+            hold.fallen(&felt([Some(1_000.0), None, Some(0.0)], 12_000.0));
+        assert!(
+            fallen.is_some_and(|share| (share - 0.75).abs() < 1e-3),
+            "{fallen:?}"
+        );
+        assert_eq!(missing, None);
+        // One that never carried is no division by zero.
+        assert_eq!(loose, Some(1.0));
+    }
+}

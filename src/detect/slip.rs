@@ -70,3 +70,97 @@ impl Slip {
         self.slipping
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMIT: f32 = 0.07;
+
+    /// A level without noise.
+    fn level(value: f32) -> Level {
+        Level {
+            value,
+            ..Level::START
+        }
+    }
+
+    /// The tick, from one, in which a level that stays is a slip.
+    fn slips_after(level: Level, sag: f32) -> Option<u16> {
+        let mut slip = Slip::NONE;
+        (1..=400).find(|_| slip.step(&level, LIMIT, sag))
+    }
+
+    #[test]
+    fn a_rise_is_a_slip_after_5_ticks_and_a_fall_after_100() {
+        assert_eq!(slips_after(level(1.08), 0.0), Some(5));
+        assert_eq!(slips_after(level(1.06), 0.0), None);
+        assert_eq!(slips_after(level(0.92), 0.0), Some(100));
+        assert_eq!(slips_after(level(0.94), 0.0), None);
+        // Ticks in a row.
+        let mut slip = Slip::NONE;
+        for tick in 1..=100 {
+            let value = if tick % 5 == 0 { 1.0 } else { 1.08 };
+            assert!(!slip.step(&level(value), LIMIT, 0.0), "{tick}");
+        }
+    }
+
+    #[test]
+    fn a_slip_exceeds_its_limit_by_four_standard_deviations_of_the_noise() {
+        let noisy = |value| Level {
+            variance: 0.005 * 0.005,
+            ..level(value)
+        };
+        assert_eq!(slips_after(noisy(1.085), 0.0), None);
+        assert_eq!(slips_after(noisy(1.095), 0.0), Some(5));
+        assert_eq!(slips_after(noisy(0.915), 0.0), None);
+        assert_eq!(slips_after(noisy(0.905), 0.0), Some(100));
+    }
+
+    #[test]
+    fn what_a_lower_pressure_takes_is_no_slip_and_gives_no_rise() {
+        assert_eq!(slips_after(level(0.90), 0.05), None);
+        assert_eq!(slips_after(level(0.87), 0.05), Some(100));
+        assert_eq!(slips_after(level(1.08), 0.05), Some(5));
+    }
+
+    #[test]
+    fn a_slip_goes_on_until_the_level_is_back() {
+        let mut slip = Slip::NONE;
+        for _ in 0..10 {
+            slip.step(&level(1.08), LIMIT, 0.0);
+        }
+        for (value, slips) in [(1.05, true), (0.95, true), (1.02, false), (1.05, false)] {
+            assert_eq!(slip.step(&level(value), LIMIT, 0.0), slips, "{value}");
+        }
+    }
+
+    #[test]
+    fn a_slip_is_over_500_ticks_after_the_level_has_come_to_rest_and_the_next_counts_from_there() {
+        let mut slip = Slip::NONE;
+        let mut slips = |value, ticks: u32| {
+            (0..ticks)
+                .filter(|_| slip.step(&level(value), LIMIT, 0.0))
+                .count()
+        };
+        // At rest from its second tick on; it moves once more by less than what is calm.
+        assert_eq!(slips(1.10, 400), 396);
+        assert_eq!(slips(1.08, 1_000), 100);
+        // From 1.08, either way.
+        assert_eq!(slips(1.14, 300), 0);
+        assert_eq!(slips(1.02, 300), 0);
+        assert_eq!(slips(1.16, 10), 6);
+    }
+
+    #[test]
+    fn a_level_that_wanders_is_not_at_rest() {
+        let mut slip = Slip::NONE;
+        let slips = (0..2_000)
+            .filter(|tick| {
+                let value = if tick % 400 < 200 { 1.10 } else { 1.15 };
+                slip.step(&level(value), LIMIT, 0.0)
+            })
+            .count();
+        assert_eq!(slips, 1_996);
+    }
+}

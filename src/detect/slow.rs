@@ -7,3 +7,22 @@ use super::shares::Shares;
 pub(super) fn fall(shares: &Shares, limits: &Limits) -> f32 {
     1.0 - shares.others - limits.slow_allowance
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detect::limits::{MOVING, TWO_FINGERS};
+
+    #[test]
+    fn what_all_but_the_emptiest_have_lost_counts_beyond_what_an_arm_takes() {
+        let mut slow = Slow::START;
+        let mut shares = Shares::every(0.7);
+        // A gauge that fades is not looked at.
+        shares.emptiest = 0.0;
+        for limits in [&MOVING, &TWO_FINGERS] {
+            let fall = slow.step(&shares, limits);
+            assert!((slow.fallen - 0.3).abs() < 1e-6);
+            assert!((fall + limits.fallen.limit - 0.3).abs() < 1e-6, "{fall}");
+        }
+    }
+}

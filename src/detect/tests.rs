@@ -1,5 +1,7 @@
 //! Verdicts by what happens to what is held.
 
+mod changes;
+
 use super::*;
 use crate::condition::{Gauge, Monitor};
 use crate::table::{self, FINGER, Range};
@@ -13,6 +15,7 @@ struct Bench {
     active: Active,
     free: Microstrain,
     motion: Motion,
+    pressure_changes: bool,
     tick: u64,
 }
 
@@ -23,6 +26,7 @@ impl Bench {
             active: Settings::default().validate().expect("good settings"),
             free: table::free_strain(&FINGER, Kilopascals(140.0)).0,
             motion: Motion::Moving,
+            pressure_changes: false,
             tick: 0,
         }
     }
@@ -50,7 +54,7 @@ impl Bench {
         let watch = holding.then_some(Watch {
             motion: self.motion,
             carrying: [true; 3],
-            pressure_changes: false,
+            pressure_changes: self.pressure_changes,
         });
         self.detector
             .step(now, &reading, &contact, &air, watch, &self.active)
@@ -314,4 +318,123 @@ fn falling_pressure_is_an_air_loss_and_never_a_lost_object() {
         // 6 % of the pressure must be gone first.
         assert!((ms as f32) < 50.0 + 0.06 * time_constant, "{ms} ms");
     }
+}
+
+/// The same share of every finger, in a hold at a steady pressure.
+fn all(bench: &mut Bench, share: f32) -> Verdict {
+    bench.step([Some(share); 3], STEADY, true)
+}
+
+#[test]
+fn the_settings_are_shares_and_ticks_in_the_control_tick() {
+    let active = Settings::default().validate().expect("good settings");
+    for (value, expected) in [
+        (active.loss_allowance, 0.05),
+        // 8 %·ms at a tick of 1 ms.
+        (active.loss_evidence, 0.08),
+        (active.slip, 0.07),
+    ] {
+        assert!((value - expected).abs() < 1e-6, "{value}");
+    }
+}
+
+#[test]
+fn a_loss_is_told_its_latency_after_its_onset() {
+    let loss = Loss {
+        onset: Instant::from_micros(5_000),
+        flagged: Instant::from_micros(12_000),
+        cause: LossCause::Collapse,
+        evidence: [None; 3],
+    };
+    assert_eq!(loss.latency_us(), 7_000);
+}
+
+#[test]
+fn a_loss_says_how_far_each_finger_has_fallen() {
+    let mut bench = Bench::new();
+    bench.hold();
+    let (evidence, left) = (0..60)
+        .find_map(|ms| {
+            let left = collapse(ms);
+            match bench.step([Some(left), None, Some(left + 0.05)], STEADY, true) {
+                Verdict::Lost { evidence, .. } => Some((evidence, left)),
+                _ => None,
+            }
+        })
+        .expect("a loss");
+    for (share, expected) in [(evidence[0], 1.0 - left), (evidence[2], 0.95 - left)] {
+        assert!(
+            share.is_some_and(|share| (share - expected).abs() < 0.01),
+            "{evidence:?}"
+        );
+    }
+    assert_eq!(evidence[1], None);
+}
+
+#[test]
+fn the_level_is_known_while_something_is_held_and_is_its_share_of_the_plateau() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.detector.level(), None);
+    bench.hold();
+    for _ in 0..100 {
+        all(&mut bench, 0.95);
+    }
+    let level = bench.detector.level();
+    assert!(
+        level.is_some_and(|level| (level - 0.95).abs() < 0.005),
+        "{level:?}"
+    );
+    bench.step([Some(0.95); 3], STEADY, false);
+    assert_eq!(bench.detector.level(), None);
+}
+
+#[test]
+fn what_is_off_by_more_than_calm_is_no_creep() {
+    let mut bench = Bench::new();
+    bench.hold();
+    for _ in 0..30_000 {
+        assert_eq!(all(&mut bench, 0.95), Verdict::Holding);
+    }
+    let level = bench.detector.level();
+    assert!(
+        level.is_some_and(|level| (level - 0.95).abs() < 0.005),
+        "{level:?}"
+    );
+}
+
+#[test]
+fn one_gauge_that_empties_at_once_while_the_others_feel_nothing_is_not_a_loss() {
+    let mut bench = Bench::new();
+    bench.hold();
+    for ms in 0..400 {
+        let dying = Some((1.0 - ms as f32 / 30.0).max(0.0));
+        let verdict = bench.step([dying, Some(1.0), Some(1.0)], STEADY, true);
+        assert!(!matches!(verdict, Verdict::Lost { .. }), "{ms} ms");
+    }
+}
+
+#[test]
+fn what_was_looked_at_is_told_while_something_is_held_at_a_steady_pressure() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.detector.signs(), None);
+    for _ in 0..500 {
+        bench.step([Some(1.0); 3], STEADY, false);
+    }
+    // A grip that still tightens tells nothing.
+    for _ in 0..400 {
+        all(&mut bench, 1.0);
+        assert_eq!(bench.detector.signs(), None);
+    }
+    for ms in 0..100 {
+        all(&mut bench, 1.0 - 0.0005 * ms as f32);
+    }
+    let signs = bench.detector.signs().expect("a steady hold");
+    // 0.05 in 100 ms.
+    assert!((signs.fall_per_s - 0.5).abs() < 0.02, "{signs:?}");
+    assert!((signs.fallen - 0.05).abs() < 0.005, "{signs:?}");
+    assert!((signs.passed + 0.05).abs() < 0.01, "{signs:?}");
+    assert_eq!(signs.emptied, 0.0);
+    bench.pressure_changes = true;
+    all(&mut bench, 1.0);
+    assert_eq!(bench.detector.signs(), None);
 }
