@@ -27,7 +27,7 @@ use air::AirLoss;
 use collapse::Collapse;
 use evidence::Evidence;
 use level::{Level, Smoothing};
-use limits::{Limits, Signs};
+use limits::{FINGER_ALLOWANCE, Limits, Signs};
 use one_sided::OneSided;
 use plateau::{CALM, Plateau, Reference};
 use shares::Shares;
@@ -337,10 +337,10 @@ impl Hold {
         // What a free finger would lose at a lower pressure is no evidence.
         let sag = self.reference.sag_ue(contact) * shares.per_ue;
         self.signs = (!tightens).then_some(Signs {
-            fall: fall - sag,
-            collapse: quick - sag,
-            slow: slow - sag,
-            one_sided: one_sided.map(|fall| fall - sag),
+            collapse: quick + active.loss_allowance + limits.quick_allowance - sag,
+            slow: slow + limits.slow_allowance - sag,
+            one_sided: one_sided.map(|fall| fall + FINGER_ALLOWANCE - sag),
+            excess: fall - sag,
         });
         let lost = self.evidence.step(
             now,

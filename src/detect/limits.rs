@@ -6,7 +6,7 @@ use crate::units::FINGERS;
 
 /// What counts for nothing, for what the arm does and for the fingers that can be felt.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Limits {
+pub struct Limits {
     /// Fastest fall of the reference per second.
     pub held_fall_per_s: f32,
     /// Fall below the plateau that counts for nothing, however slow.
@@ -22,7 +22,7 @@ pub(super) struct Limits {
 /// fingers to 1.06; the way back from there is no loss.
 pub(super) const PASSED: f32 = 1.2;
 /// Fall of one finger that counts for nothing. Pushes that an object withstands take up to half of it.
-pub(super) const FINGER_ALLOWANCE: f32 = 0.55;
+pub const FINGER_ALLOWANCE: f32 = 0.55;
 /// A finger that leaves the object has less than this left; knocks at 60 m/s² leave it more.
 pub(super) const EMPTYING: f32 = 0.5;
 /// Fall of the sum that belongs to an object that leaves sideways. Knocks at 60 m/s² that empty a finger by
@@ -60,16 +60,16 @@ impl Limits {
     }
 }
 
-/// What the detector made of one tick: by how much the fall exceeds what counts for nothing, as a share of the
-/// plateau. Their sums, tick by tick and never below zero, are the evidence.
+/// What the detector saw in one tick, as shares of the plateau, before what counts for nothing is taken off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signs {
-    /// By the hypothesis that exceeds it most: what is summed up.
-    pub fall: f32,
-    /// The sum falls faster than an arm makes it.
+    /// Fall of the sum below where it was just now.
     pub collapse: f32,
-    /// All fingers but the emptiest have fallen below their plateau.
+    /// Fall of all fingers but the emptiest below their plateau.
     pub slow: f32,
-    /// One finger has emptied while the others feel it; none unless they do.
+    /// Fall of the emptiest finger; none unless the others feel it.
     pub one_sided: Option<f32>,
+    /// What exceeds its allowance most, less that: summed up tick by tick, and never below zero, it is the
+    /// evidence.
+    pub excess: f32,
 }

@@ -125,20 +125,22 @@ fn parameters(case: &Case) -> String {
     text
 }
 
-/// The evidence that held objects reached, its limit, and what lost ones reached, by hypothesis.
+/// What held objects reached, the limit, and what lost ones reached of everything that the detector looks at.
 pub fn limits(measured: &[Measured]) -> String {
-    let mut out = String::from("evidence, %·ms\n");
+    let mut out = String::new();
     for Measured { situation, rows } in measured {
         // Writing to a String cannot fail.
         let _ = writeln!(out, "{}", situation.name());
         for row in rows {
-            let lost = row.lost.map_or("-".into(), |lost| format!("{lost:.1}"));
+            let number = |lost: Option<f32>| lost.map_or("-".into(), |lost| format!("{lost:.3}"));
             let _ = writeln!(
                 out,
-                "  {:15} held {:7.2}   limit {:5.1}   99 % of {:3} lost {lost:>7}",
-                row.hypothesis.name(),
+                "  {:21}  held {:7.3}   limit {:6.3}   lost {:>8}, 99 % {:>8}, of {}",
+                row.sign.name(),
                 row.held,
                 row.limit,
+                number(row.lost),
+                number(row.most_lost),
                 row.losses
             );
         }

@@ -1,4 +1,4 @@
-//! How near held objects come to the detector's limit, and how far lost ones go beyond it, by hypothesis.
+//! How near held objects come to the detector's limits, and how far lost ones go beyond them.
 //!
 //! Held: hours of the workload, and the runs of the sample in which the object stays. Lost: the other runs,
 //! under a controller that never reports, so that the whole collapse is seen.
@@ -15,7 +15,7 @@ use crate::case::{Case, Knowledge, Push};
 use crate::identified_model::IdentifiedModel;
 use crate::latency;
 use crate::options::Options;
-use crate::reach::{Hypothesis, Reach, Situation};
+use crate::reach::{Reach, Sign, Situation};
 use crate::record::{ObjectOutcome, Recording};
 use crate::workload::{Block, Programme, TICK_S, Workload};
 
@@ -27,30 +27,30 @@ const BLOCK_H: f64 = 0.5;
 const COLLAPSE_MS: usize = 100;
 /// Runs drawn at a time.
 const BATCH: u64 = 64;
-/// The share of losses that reach what is said.
-const OF_LOSSES: f64 = 0.99;
 
-/// The evidence for one hypothesis, %·ms.
+/// One of the things that the detector looks at.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// The hypothesis, by itself.
-    pub hypothesis: Hypothesis,
+    /// Which.
+    pub sign: Sign,
     /// The most that held objects reached.
     pub held: f32,
-    /// The detector's limit, without noise.
+    /// The detector's limit.
     pub limit: f32,
-    /// What 99 of 100 lost objects reached, of those that go this way; none if there were none.
+    /// What half of the lost objects reached, of those that go this way; none if there were none.
     pub lost: Option<f32>,
+    /// What 99 of 100 of them reached.
+    pub most_lost: Option<f32>,
     /// How many those were.
     pub losses: usize,
 }
 
-/// The evidence in one situation.
+/// What was reached in one situation.
 #[derive(Debug, Clone, Serialize)]
 pub struct Measured {
     /// The situation.
     pub situation: Situation,
-    /// One row per hypothesis.
+    /// One row per sign.
     pub rows: Vec<Row>,
 }
 
@@ -214,23 +214,24 @@ fn held(
     Ok(greatest)
 }
 
-/// One row per hypothesis, from the runs in the situation at this place of [`Situation::ALL`].
+/// One row per sign, from the runs in the situation at this place of [`Situation::ALL`].
 fn rows(options: &Options, held: &Reach, runs: &[Run], at: usize) -> Vec<Row> {
-    let rows = Hypothesis::ALL.into_iter().enumerate();
-    rows.map(|(place, hypothesis)| {
-        let goes_this_way = |kind: &Kind| hypothesis != Hypothesis::OneSided || kind.sideways;
+    let rows = Sign::ALL.into_iter().enumerate();
+    rows.map(|(place, sign)| {
+        let goes_this_way = |kind: &Kind| sign != Sign::OneSided || kind.sideways;
         let lost = runs
             .iter()
             .filter(|run| run.kind.as_ref().is_some_and(goes_this_way))
             .map(|run| run.reach[at].most[place]);
         let mut lost: Vec<f32> = lost.collect();
         lost.sort_by(f32::total_cmp);
-        let reached = lost.get(((1.0 - OF_LOSSES) * lost.len() as f64) as usize);
+        let reached_by = |share: f64| lost.get(((1.0 - share) * lost.len() as f64) as usize);
         Row {
-            hypothesis,
+            sign,
             held: held.most[place],
-            limit: options.settings.detection.loss_evidence_percent_ms,
-            lost: reached.copied(),
+            limit: sign.limit(Situation::ALL[at], &options.settings),
+            lost: reached_by(0.5).copied(),
+            most_lost: reached_by(0.99).copied(),
             losses: lost.len(),
         }
     })

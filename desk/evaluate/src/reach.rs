@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 use softgrip::command::Motion;
-use softgrip::detect::limits::Signs;
+use softgrip::detect::limits::{FINGER_ALLOWANCE, Limits, Signs};
+use softgrip::settings::Settings;
 use softgrip::units::AdcCode;
 use softgrip::{FINGERS, RawFrame, TICK_US};
 
@@ -30,6 +31,15 @@ impl Situation {
             Self::Moving => "the arm may move",
             Self::Still => "the arm stands still",
             Self::TwoFingers => "one gauge is open",
+        }
+    }
+
+    /// What counts for nothing.
+    fn limits(self) -> Limits {
+        match self {
+            Self::Moving => Limits::of(Motion::Moving, FINGERS),
+            Self::Still => Limits::of(Motion::Still, FINGERS),
+            Self::TwoFingers => Limits::of(Motion::Moving, FINGERS - 1),
         }
     }
 
@@ -66,39 +76,51 @@ impl Situation {
     }
 }
 
-/// A hypothesis of the detector.
+/// What the detector looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Hypothesis {
-    /// Any of them: what the detector sums up.
-    Any,
-    /// The sum falls faster than an arm makes it.
+pub enum Sign {
+    /// Fall of the sum below where it was just now, share.
     Collapse,
-    /// All fingers but the emptiest have fallen below their plateau.
+    /// Fall of all fingers but the emptiest below their plateau, share.
     Slow,
-    /// One finger has emptied while the others feel it.
+    /// Fall of the emptiest finger while the others feel it, share.
     OneSided,
+    /// What any of these exceeds its allowance by, summed up, %·ms.
+    Evidence,
 }
 
-impl Hypothesis {
+impl Sign {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Any, Self::Collapse, Self::Slow, Self::OneSided];
+    pub const ALL: [Self; 4] = [Self::Collapse, Self::Slow, Self::OneSided, Self::Evidence];
 
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Any => "any",
-            Self::Collapse => "collapse",
-            Self::Slow => "slow loss",
-            Self::OneSided => "one-sided loss",
+            Self::Collapse => "collapse, share",
+            Self::Slow => "slow loss, share",
+            Self::OneSided => "one-sided loss, share",
+            Self::Evidence => "evidence, %·ms",
+        }
+    }
+
+    /// What of it counts for nothing; for the evidence, its limit without noise.
+    pub fn limit(self, situation: Situation, settings: &Settings) -> f32 {
+        let detection = &settings.detection;
+        let limits = situation.limits();
+        match self {
+            Self::Collapse => 0.01 * detection.loss_allowance_percent + limits.quick_allowance,
+            Self::Slow => limits.slow_allowance,
+            Self::OneSided => FINGER_ALLOWANCE,
+            Self::Evidence => detection.loss_evidence_percent_ms,
         }
     }
 }
 
-/// Evidence of each of [`Hypothesis::ALL`] by itself, %·ms, and the most that it has been.
+/// The most of each of [`Sign::ALL`].
 #[derive(Debug, Clone, Copy)]
 pub struct Reach {
-    sum: [f32; 4],
+    evidence: f32,
     /// The most.
     pub most: [f32; 4],
 }
@@ -106,26 +128,22 @@ pub struct Reach {
 impl Reach {
     /// Nothing seen.
     pub const NONE: Self = Self {
-        sum: [0.0; 4],
+        evidence: 0.0,
         most: [0.0; 4],
     };
 
-    /// Takes one tick; none ends a hold.
+    /// Takes one tick; none is one without a hold at a steady pressure.
     pub fn take(&mut self, signs: Option<Signs>) {
         let Some(signs) = signs else {
-            self.sum = [0.0; 4];
+            self.evidence = 0.0;
             return;
         };
-        let falls = [
-            Some(signs.fall),
-            Some(signs.collapse),
-            Some(signs.slow),
-            signs.one_sided,
-        ];
         let tick_ms = 1e-3 * TICK_US as f32;
-        for ((sum, most), fall) in self.sum.iter_mut().zip(&mut self.most).zip(falls) {
-            *sum = fall.map_or(0.0, |fall| (*sum + 100.0 * tick_ms * fall).max(0.0));
-            *most = most.max(*sum);
+        self.evidence = (self.evidence + 100.0 * tick_ms * signs.excess).max(0.0);
+        let one_sided = signs.one_sided.unwrap_or(0.0);
+        let now = [signs.collapse, signs.slow, one_sided, self.evidence];
+        for (most, now) in self.most.iter_mut().zip(now) {
+            *most = most.max(now);
         }
     }
 
