@@ -33,7 +33,7 @@ pub mod cycle;
 pub mod surrogate;
 
 pub mod alarms;
-mod reach;
+pub mod reach;
 pub mod tally;
 mod workload;
 
