@@ -17,6 +17,7 @@ mod collapse;
 mod evidence;
 mod level;
 pub mod limits;
+pub mod margins;
 mod one_sided;
 mod plateau;
 mod shares;
@@ -324,9 +325,9 @@ impl Hold {
             smoothing,
             tightens,
             active.loss_allowance,
-            &limits,
+            limits,
         );
-        let slow = slow::fall(&shares, &limits);
+        let slow = slow::fall(&shares, limits);
         let collapse = larger(quick, slow);
         let one_sided = self.one_sided.step(&shares, &lately, smoothing);
         let (fall, cause) = match one_sided {

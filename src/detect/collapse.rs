@@ -59,7 +59,7 @@ impl Collapse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detect::limits::{MOVING, TWO_FINGERS};
+    use crate::detect::limits::{MOVING, PASSED, TWO_FINGERS};
 
     const ALLOWANCE: f32 = 0.05;
 
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn a_fall_counts_from_a_reference_that_falls_as_fast_as_a_held_object_at_most() {
         let mut hold = Hold::new();
-        let per_tick = 1e-3 * MOVING.fall_per_s.limit;
+        let per_tick = 1e-3 * MOVING.held_fall_per_s;
         assert_close(hold.run(Shares::every(1.0), false, 100, &MOVING), 0.0);
         let fallen = Shares::every(0.5);
         assert_close(hold.run(fallen, false, 1, &MOVING), 0.5 - per_tick);
@@ -119,7 +119,7 @@ mod tests {
     fn two_fingers_may_fall_faster_and_further() {
         let mut hold = Hold::new();
         let fall = hold.run(Shares::every(0.5), false, 10, &TWO_FINGERS);
-        let reference = 1.0 - 1e-2 * TWO_FINGERS.fall_per_s.limit;
+        let reference = 1.0 - 1e-2 * TWO_FINGERS.held_fall_per_s;
         assert_close(fall, reference - 0.5 - TWO_FINGERS.quick_allowance);
     }
 
@@ -138,7 +138,7 @@ mod tests {
             hold.run(shares, tightens, 200, &MOVING);
             let fall = hold.run(Shares::every(1.1), tightens, 1, &MOVING);
             let falls = match reference > 1.0 {
-                true => 1e-3 * MOVING.fall_per_s.limit,
+                true => 1e-3 * MOVING.held_fall_per_s,
                 false => 0.0,
             };
             assert_close(fall, reference - falls - 1.1);
@@ -148,11 +148,11 @@ mod tests {
     #[test]
     fn the_tips_are_passed_when_the_average_of_the_emptiest_finger_is_beyond_its_limit() {
         let mut hold = Hold::new();
-        let limit = MOVING.passed.limit;
+        let limit = PASSED - 1.0;
         // 63 % of one and a half times the limit in 8 ms, 78 % in 12.
         let risen = Shares::every(1.0 + 1.5 * limit);
         hold.run(risen, false, 8, &MOVING);
-        assert_close(hold.collapse.rise(), 0.632 * 1.5 * limit);
+        assert_close(hold.collapse.least - 1.0, 0.632 * 1.5 * limit);
         assert!(!hold.collapse.passed);
         hold.run(risen, false, 4, &MOVING);
         assert!(hold.collapse.passed);

@@ -1,5 +1,4 @@
-//! What an arm does to an object that is held, what of it counts for nothing, and how far held and lost objects
-//! are from the line.
+//! What an arm does to an object that is held, and what of it counts for nothing.
 
 use crate::command::Motion;
 use crate::units::FINGERS;
@@ -31,34 +30,39 @@ pub(super) const SIDEWAYS: f32 = 0.07;
 
 impl Limits {
     /// For what the arm does, and so many fingers in the sum.
-    pub const fn of(motion: Motion, fingers: usize) -> Self {
+    pub const fn of(motion: Motion, fingers: usize) -> &'static Self {
         match (motion, fingers) {
-            // Held objects on the simulated arm fall by 3.2/s for 30 ms, and by 10 % in all, in an emergency
-            // stop at 20 m/s², by 16 % if the arm rings after it; and by 4.5/s for 10 ms after a knock of
-            // 100 m/s². Lost ones fall by 16 to 25/s.
-            (Motion::Moving, FINGERS..) => Self {
-                held_fall_per_s: 5.0,
-                slow_allowance: 0.18,
-                quick_allowance: 0.0,
-                slip: 1.0,
-            },
-            // Knocks alone.
-            (Motion::Still, FINGERS..) => Self {
-                held_fall_per_s: 2.5,
-                slow_allowance: 0.1,
-                quick_allowance: 0.0,
-                slip: 0.5,
-            },
-            // What the arm does to two fingers from the side, the third does not balance.
-            _ => Self {
-                held_fall_per_s: 10.0,
-                slow_allowance: 0.35,
-                quick_allowance: 0.15,
-                slip: 4.0,
-            },
+            (Motion::Moving, FINGERS..) => &MOVING,
+            (Motion::Still, FINGERS..) => &STILL,
+            _ => &TWO_FINGERS,
         }
     }
 }
+
+/// Held objects fall by 3.2/s for 30 ms in an emergency stop at 20 m/s², and by 4.5/s for 10 ms after a knock of
+/// 100 m/s². Lost ones fall by 16 to 25/s.
+pub static MOVING: Limits = Limits {
+    held_fall_per_s: 5.0,
+    slow_allowance: 0.18,
+    quick_allowance: 0.0,
+    slip: 1.0,
+};
+
+/// Knocks alone.
+pub static STILL: Limits = Limits {
+    held_fall_per_s: 2.5,
+    slow_allowance: 0.1,
+    quick_allowance: 0.0,
+    slip: 0.5,
+};
+
+/// What the arm does to two fingers from the side, the third does not balance.
+pub static TWO_FINGERS: Limits = Limits {
+    held_fall_per_s: 10.0,
+    slow_allowance: 0.35,
+    quick_allowance: 0.15,
+    slip: 4.0,
+};
 
 /// What the detector saw in one tick, as shares of the plateau, before what counts for nothing is taken off.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -15,14 +15,12 @@ mod tests {
 
     #[test]
     fn what_all_but_the_emptiest_have_lost_counts_beyond_what_an_arm_takes() {
-        let mut slow = Slow::START;
         let mut shares = Shares::every(0.7);
         // A gauge that fades is not looked at.
         shares.emptiest = 0.0;
         for limits in [&MOVING, &TWO_FINGERS] {
-            let fall = slow.step(&shares, limits);
-            assert!((slow.fallen - 0.3).abs() < 1e-6);
-            assert!((fall + limits.fallen.limit - 0.3).abs() < 1e-6, "{fall}");
+            let fall = fall(&shares, limits);
+            assert!((fall + limits.slow_allowance - 0.3).abs() < 1e-6, "{fall}");
         }
     }
 }

@@ -35,7 +35,7 @@ impl Situation {
     }
 
     /// What counts for nothing.
-    fn limits(self) -> Limits {
+    fn limits(self) -> &'static Limits {
         match self {
             Self::Moving => Limits::of(Motion::Moving, FINGERS),
             Self::Still => Limits::of(Motion::Still, FINGERS),
