@@ -47,6 +47,8 @@ pub mod controller;
 
 pub mod telemetry;
 
+pub mod failure;
+
 pub use command::{Answer, Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};
