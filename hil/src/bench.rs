@@ -5,10 +5,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use rigless::device::ResetCause;
-use rigless::emulator::{self, AccessKind, Driver, HitKind, Host, Settled, Start, Stop, Watch};
+use rigless::device::{Level, ResetCause};
+use rigless::emulator::{
+    self, AccessKind, Driver, HitKind, Host, InterruptLine, Settled, Start, Stop, Watch,
+};
 use rigless::session::Session;
-use rigless::soc::stm32f427::generated::DAC;
+use rigless::soc::stm32f427::generated::{DAC, IWDG, TIM5};
 use rigless::soc::{Layout, Width};
 use rigless::time::VirtualNanos;
 use sha2::{Digest, Sha256};
@@ -131,6 +133,10 @@ pub struct Setup<'a> {
     pub image: &'a Image,
     /// What the host at the debug port does.
     pub host: rtt::Host,
+    /// The millisecond from which on it does so.
+    pub host_from_ms: u64,
+    /// Whether the ST-LINK gives the chip its clock.
+    pub has_clock: bool,
     /// What else lies in flash.
     pub placed: Option<Placed>,
     /// Time between two snapshots, µs.
@@ -141,6 +147,8 @@ pub struct Setup<'a> {
     pub watch: Option<u64>,
     /// Whether the moments are noted in which something comes into the RTT buffer. Slows the run down.
     pub watch_rtt: bool,
+    /// An instruction before which a control tick falls.
+    pub tick_before: Option<u64>,
 }
 
 impl<'a> Setup<'a> {
@@ -149,11 +157,14 @@ impl<'a> Setup<'a> {
         Self {
             image,
             host,
+            host_from_ms: 0,
+            has_clock: true,
             placed: None,
             telemetry_us: 20_000,
             preset: None,
             watch: None,
             watch_rtt: false,
+            tick_before: None,
         }
     }
 }
@@ -240,11 +251,12 @@ impl Moment<'_> {
         Ok(0)
     }
 
-    /// Has the core's stores just below RAM fail, as they do on the chip; the model lets them pass.
+    /// Has the core's stores just below and above RAM fail, as they do on the chip; the model lets them pass.
     pub fn guard_ram(&mut self) {
         // Each serves once; an overflow and the fault that follows take less.
         for _ in 0..64 {
             self.session.fail_next(RAM.start - 0x8000, RAM.start);
+            self.session.fail_next(RAM.end, RAM.end + 0x2_0000);
         }
     }
 
@@ -275,6 +287,9 @@ struct Bench<S, F> {
     script: F,
     next_ms: u64,
     rtt: Rtt,
+    host_from_ms: u64,
+    /// An instruction before which a control tick is still to be brought about.
+    tick_before: Option<u64>,
     levels: Levels,
     /// Address of the controller's step.
     step: u64,
@@ -327,7 +342,10 @@ where
             self.digest.update(code.to_le_bytes());
             self.record.dac.push(write);
         }
-        let (bytes, texts) = self.rtt.take(host)?;
+        let (bytes, texts) = match ms >= self.host_from_ms {
+            true => self.rtt.take(host)?,
+            false => Default::default(),
+        };
         self.digest.update(&bytes);
         self.digest.update(stop.instruction_count.to_le_bytes());
         self.record.rtt_bytes += bytes.len() as u64;
@@ -359,10 +377,8 @@ where
             Settled::Hit(hit) if hit.kind == HitKind::Write => {
                 self.record.rtt_writes.push(hit.at);
             }
-            // The safe output is the first that it does once its variables are there.
-            Settled::Access { access, .. }
-                if !self.preset && access.address == holding_register() =>
-            {
+            // The watchdog is the first that it starts once its variables are there.
+            Settled::Access { access, .. } if !self.preset && access.address == IWDG.base => {
                 self.preset = true;
                 for &Preset { address, value } in &self.presets {
                     if let Err(error) = host.write(address, Width::W32, value.into()) {
@@ -377,6 +393,14 @@ where
                     step: 0,
                     dac: DacCode(0),
                 });
+            }
+            Settled::Hit(hit) if Some(hit.address) == self.tick_before => {
+                self.tick_before = None;
+                if let Err(error) = session.board_mut().make_tick_due(hit.at) {
+                    self.failed = Some(error);
+                }
+                let line = InterruptLine::new(TIM5.interrupts[0]).expect("the chip has it");
+                host.set_interrupt(line, Level::High);
             }
             Settled::Hit(hit) => self.record.hits.push(hit.at),
             Settled::Access { access, value }
@@ -437,9 +461,9 @@ pub fn run<S: Send + 'static>(
             Some(placed.address),
         )?);
     }
-    let mut session = Session::new(Box::new(Nucleo::new()?), 0, VirtualNanos(0))?;
+    let mut session = Session::new(Box::new(Nucleo::new(setup.has_clock)?), 0, VirtualNanos(0))?;
     session.watch(Watch::Instruction(step.address));
-    if let Some(address) = setup.watch {
+    for address in setup.watch.into_iter().chain(setup.tick_before) {
         session.watch(Watch::Instruction(address));
     }
     let block = image.variable("_SEGGER_RTT")?.address;
@@ -461,6 +485,8 @@ pub fn run<S: Send + 'static>(
         script,
         next_ms: 0,
         rtt,
+        host_from_ms: setup.host_from_ms,
+        tick_before: setup.tick_before,
         levels: Levels::default(),
         step: step.address,
         open: None,

@@ -9,10 +9,10 @@ use rigless::mcu::{Mcu, Operate};
 use rigless::snapshot::Store;
 use rigless::soc::stm32f427::Stm32f427;
 use rigless::soc::stm32f427::generated::dac::{Register, cr};
-use rigless::soc::stm32f427::generated::rcc;
+use rigless::soc::stm32f427::generated::{TIM5, rcc, tim5};
 use rigless::soc::stm32f427::peripherals::adc::Channel;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
-use rigless::soc::{Bus, Error};
+use rigless::soc::{Bus, Error, Layout, Width};
 use rigless::time::VirtualNanos;
 use sim::plant::Pins;
 use softgrip::inputs::Levels;
@@ -31,6 +31,9 @@ const RAIL_MV: u32 = 3_300;
 const REFERENCE: u32 = 3_300_000;
 /// The converter model's full scale.
 const ADC_MAX: f64 = 4095.0;
+
+/// The fourth of the timers on this bus.
+const TIMER_5: usize = 3;
 
 const PORT_D: usize = 3;
 const PORT_E: usize = 4;
@@ -92,6 +95,8 @@ pub enum Restart {
     PowerOn,
     /// The supply was below the brown-out level, but not away.
     BrownOut,
+    /// A debugger has asked the core for it, as after flashing.
+    Debugger,
 }
 
 /// The part with the converter that its model lacks.
@@ -100,6 +105,9 @@ pub struct Chip {
     part: Stm32f427,
     dac: Dac,
     dac_slot: usize,
+    rcc_slot: usize,
+    /// The ST-LINK's clock arrives.
+    has_clock: bool,
     restart: Restart,
 }
 
@@ -121,6 +129,7 @@ impl Mcu for Chip {
             Restart::Pin => 0,
             Restart::PowerOn => rcc::csr::PORRSTF.mask() | rcc::csr::BORRSTF.mask(),
             Restart::BrownOut => rcc::csr::BORRSTF.mask(),
+            Restart::Debugger => rcc::csr::SFTRSTF.mask(),
         };
         if flags != 0 {
             let (_, registers) = self.part.clocks();
@@ -135,6 +144,12 @@ impl Mcu for Chip {
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        if slot == self.rcc_slot && !self.has_clock {
+            // The model's oscillator is ready even where nothing oscillates.
+            let (_, registers) = self.part.clocks();
+            let ready = rcc::cr::HSERDY.mask();
+            registers.set(rcc::Register::Cr, registers.get(rcc::Register::Cr) & !ready);
+        }
         let (bus, model) = self.part.split(slot);
         if slot == self.dac_slot {
             (bus, Some(&mut self.dac))
@@ -184,20 +199,24 @@ impl Board for Nucleo {
 }
 
 impl Nucleo {
-    /// The board without strain, pressure and a robot.
-    pub fn new() -> Result<Self, Error> {
+    /// The board without strain, pressure and a robot; with the ST-LINK's clock or without.
+    pub fn new(has_clock: bool) -> Result<Self, Error> {
         let mut part = Stm32f427::new()?;
-        part.rcc.attach_crystals(HSE_HZ, 0);
+        part.rcc
+            .attach_crystals(if has_clock { HSE_HZ } else { 0 }, 0);
         part.set_supply(RAIL_MV);
         for adc in &mut part.adc {
             adc.set_reference(REFERENCE);
         }
         let dac_slot = part.bus().slot("DAC")?;
+        let rcc_slot = part.bus().slot("RCC")?;
         Ok(Self {
             chip: Chip {
                 part,
                 dac: Dac::default(),
                 dac_slot,
+                rcc_slot,
+                has_clock,
                 restart: Restart::Pin,
             },
         })
@@ -262,6 +281,25 @@ impl Nucleo {
     /// The output's code; the pull-down's zero while it is off.
     pub fn command(&self) -> DacCode {
         self.chip.dac.output.unwrap_or(DacCode(0))
+    }
+
+    /// Puts the firmware's clock on to its next alarm, and raises that alarm: the next control tick, which
+    /// is due within a millisecond, is due now.
+    pub fn make_tick_due(&mut self, at: VirtualNanos) -> anyhow::Result<()> {
+        let address = |register: tim5::Register| TIM5.base + u64::from(register.spec().offset);
+        let unanswered = |fault| anyhow::anyhow!("TIM5: {fault:?}");
+        let alarm = address(tim5::Register::Ccr2);
+        let alarm = self.chip.peek(at, alarm, Width::W32).map_err(unanswered)?;
+        self.chip
+            .write(at, address(tim5::Register::Cnt), Width::W32, alarm)
+            .map_err(unanswered)?;
+        let part = &mut self.chip.part;
+        part.drive_timer(at, TIMER_5, |_, registers, context| {
+            let flags = registers.get(tim5::Register::Sr) | tim5::sr::CC2IF.mask();
+            registers.set(tim5::Register::Sr, flags);
+            context.raise(0);
+        });
+        Ok(())
     }
 
     /// What the reset that follows will be taken for.
