@@ -11,7 +11,7 @@ use crate::bench::{self, MS, Moment, Record, Setup};
 use crate::closed_loop::{self, Loop};
 
 /// From a reset to a defined code at the regulator.
-pub const SAFE_AFTER_RESET_MS: f64 = 1.0;
+pub const SAFE_AFTER_RESET_MS: f64 = 0.03;
 
 /// What happened around something that was done while the sphere was held.
 #[derive(Debug, Clone, Default)]
