@@ -1,6 +1,5 @@
 //! What the robot wants, and why it may not get it.
 
-use crate::settings::Active;
 use crate::table::{FingerTable, ObjectKind, Range};
 use crate::units::{Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Newtons};
 
@@ -60,24 +59,24 @@ impl Payload {
         Some(lift.0 / self.load().0.max(LEAST_LOAD_N) - 1.0)
     }
 
-    /// The lowest pressure that lifts the payload with the margin, or why there is none.
+    /// The lowest pressure that lifts the payload with this margin, as a share of the load, or why there is
+    /// none up to `limit`.
     pub(crate) fn pressure(
         &self,
         table: &FingerTable,
-        active: &Active,
+        margin: f32,
+        limit: Kilopascals,
     ) -> Result<Kilopascals, Refusal> {
         // A NaN is in no range.
         if !(self.mass.0 > 0.0 && self.acceleration.0 >= 0.0 && self.load().0.is_finite()) {
             return Err(Refusal::PayloadInvalid);
         }
-        let wanted = Newtons(self.load().0 * (1.0 + active.lift_margin));
+        let wanted = Newtons(self.load().0 * (1.0 + margin));
         match table.pressure_for_lift(self.kind, wanted) {
-            Some((pressure, Range::Inside)) if pressure.0 <= active.max_pressure.0 => Ok(pressure),
+            Some((pressure, Range::Inside)) if pressure.0 <= limit.0 => Ok(pressure),
             _ => {
-                let (most, _) = table
-                    .lift(self.kind, active.max_pressure)
-                    .ok_or(Refusal::LiftUnknown)?;
-                let per_kilogram = (1.0 + active.lift_margin) * (GRAVITY + self.acceleration.0);
+                let (most, _) = table.lift(self.kind, limit).ok_or(Refusal::LiftUnknown)?;
+                let per_kilogram = (1.0 + margin) * (GRAVITY + self.acceleration.0);
                 Err(Refusal::PayloadTooHeavy {
                     possible: Kilograms(most.0 / per_kilogram),
                 })
@@ -192,8 +191,6 @@ impl Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frontend::FrontEnd;
-    use crate::settings::Settings;
     use crate::table::FINGER;
 
     fn sphere(kg: f32) -> Payload {
@@ -205,10 +202,7 @@ mod tests {
     }
 
     fn pressure(table: &FingerTable, kg: f32) -> Result<Kilopascals, Refusal> {
-        let active = Settings::default()
-            .validate(&FrontEnd::REFERENCE, table)
-            .expect("the defaults are valid");
-        sphere(kg).pressure(table, &active)
+        sphere(kg).pressure(table, 0.2, Kilopascals(160.0))
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! One control tick, from converter codes to converter codes.
 
-use crate::FINGERS;
+use crate::air::AirModel;
 use crate::command::{Answer, Command, Motion};
-use crate::condition::{Conditioner, Expected, Gauge, Monitor, RawFrame, Reading};
-use crate::detect::{Detector, Watch};
+use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
+use crate::detect::Detector;
+use crate::detect::limits::Signs;
 use crate::estimate::{Contact, Estimator};
 use crate::event::Events;
 use crate::fault::Fault;
@@ -14,8 +15,8 @@ use crate::regulate::Regulator;
 use crate::settings::Active;
 use crate::table::FingerTable;
 use crate::telemetry::{Indicators, Snapshot};
-use crate::units::{DacCode, Instant, Kilopascals, Microstrain};
-use crate::zero::Zero;
+use crate::units::{DacCode, Instant, Microstrain};
+use crate::zero::{Zero, ZeroReport};
 
 /// What one tick puts out.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,12 +39,24 @@ pub struct Outputs {
 pub struct Controller {
     table: &'static FingerTable,
     active: Active,
+    feedback: Feedback,
     conditioner: Conditioner,
+    air: AirModel,
     estimator: Estimator,
     zero: Zero,
     detector: Detector,
     supervisor: Supervisor,
     regulator: Regulator,
+}
+
+/// What one tick leaves for the next.
+#[derive(Debug, Clone, Copy)]
+struct Feedback {
+    /// What the models make of the next tick.
+    expected: Expected,
+    /// A command that was accepted, where an earlier stage carries it out.
+    accepted: Option<Command>,
+    /// What the arm does.
     motion: Motion,
 }
 
@@ -62,13 +75,18 @@ impl Controller {
         Self {
             table,
             active,
+            feedback: Feedback {
+                expected: Expected::default(),
+                accepted: None,
+                motion: Motion::default(),
+            },
             conditioner: Conditioner::new(),
+            air: AirModel::new(),
             estimator: Estimator::new(),
             zero: Zero::new(),
             detector: Detector::new(),
             supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
-            motion: Motion::default(),
         }
     }
 
@@ -77,71 +95,73 @@ impl Controller {
         &self.active
     }
 
-    /// One tick; to be called every [`crate::TICK_US`]. `now` must not run backwards.
+    /// What the detector looked at in the last tick; none while nothing is held at a steady pressure.
+    pub fn signs(&self) -> Option<Signs> {
+        self.detector.signs()
+    }
+
+    /// One tick; to be called every [`TICK_US`](crate::units::TICK_US). `now` must not run backwards.
     // Never inlined, so that its cost and what it calls can be read off the image.
     #[inline(never)]
     pub fn step(&mut self, now: Instant, frame: &RawFrame, command: Command) -> Outputs {
         let (table, active) = (self.table, &self.active);
-        let mut events = Events::new();
-        let before = self.supervisor.state();
-        if let Command::Motion(motion) = command {
-            self.motion = motion;
-        }
-
-        let expected = Expected {
-            free_strain: self.estimator.free_strain(),
-            pressure: self.regulator.expected(),
+        let Feedback {
+            expected,
+            accepted,
+            motion,
+        } = self.feedback;
+        let acknowledged = accepted == Some(Command::Acknowledge);
+        let start_tare = accepted == Some(Command::Tare);
+        let motion = match command {
+            Command::Motion(motion) => motion,
+            _ => motion,
         };
-        let reading =
-            self.conditioner
-                .step(frame, &active.front_end, self.zero.offsets_ue(), expected);
-        let contact = self.estimator.step(&reading, table, active);
-        let idle = before == State::Idle;
-        let tare = self.zero.step(&reading, &contact, idle, active.contact_ue);
+        let idle = self.supervisor.state() == State::Idle;
+        let watch = self.supervisor.watch(motion);
+        let mut events = Events::new();
 
-        let air = self.regulator.observe(now, reading.monitor);
-        let watch = before.is_holding().then_some(Watch {
-            motion: self.motion,
-            carrying: self.supervisor.carrying(),
-            pressure_changes: matches!(before, State::Closing { reached: None, .. }),
-        });
-        let noise = self.conditioner.noise_variance();
+        let reading = self
+            .conditioner
+            .step(frame, &active.front_end, &expected, acknowledged);
+        let air = self.air.observe(now, reading.monitor);
+        let contact = self.estimator.step(&reading, table, &active.finger);
+        let contact_ue = active.finger.contact_ue;
+        let zero = self
+            .zero
+            .step(&reading, &contact, idle, start_tare, contact_ue);
         let verdict = self
             .detector
-            .step(now, &contact, &noise, air, watch, active);
-
-        let tare_due = self.zero.tare_is_due();
+            .step(now, &reading, &contact, &air, watch, &active.detection);
         let situation = Situation {
             reading: &reading,
+            air: &air,
             contact: &contact,
+            zero: &zero,
             verdict,
-            air,
-            tare,
-            taring: self.zero.is_taring(),
-            tare_due,
-            deviating_us: self.regulator.deviating_us(now),
         };
-        let answer = self
-            .supervisor
-            .step(now, command, &situation, table, active, &mut events);
-        match (command, answer) {
-            (Command::Tare, Some(Answer::Accepted)) => self.zero.start_tare(),
-            (Command::Acknowledge, Some(Answer::Accepted)) => self.conditioner.acknowledge(),
-            _ => {}
-        }
-
+        let answer =
+            self.supervisor
+                .step(now, command, &situation, table, &active.grip, &mut events);
         let state = self.supervisor.state();
-        let pressure = if state.is_vented() {
-            self.regulator.vent(active);
-            Kilopascals(0.0)
-        } else {
-            self.regulator.step(state.target(), active)
+        let target = (!state.is_vented()).then(|| state.target());
+        let limits = (&active.regulator, &active.air);
+        let pressure = self.regulator.step(target, &air, &mut self.air, limits);
+        let limit = active.regulator.max_pressure;
+        let dac = interlock(pressure, &state, reading.monitor, limit, &active.front_end);
+
+        self.feedback = Feedback {
+            expected: Expected {
+                zero_ue: self.zero.offsets_ue(),
+                free_strain: self.estimator.free_strain(),
+                pressure: self.air.expected(),
+            },
+            accepted: (answer == Some(Answer::Accepted)).then_some(command),
+            motion,
         };
-        let dac = interlock(pressure, &state, reading.monitor, active);
         Outputs {
             dac,
             indicators: self.indicators(&reading),
-            snapshot: self.snapshot(now, &reading, &contact, noise),
+            snapshot: self.snapshot(now, &reading, &contact, &zero),
             events,
             answer,
         }
@@ -151,10 +171,7 @@ impl Controller {
         let state = self.supervisor.state();
         let lost = self.supervisor.lost().is_some();
         let in_fault = matches!(state, State::Fault { .. });
-        let gauge_failed = reading
-            .gauges
-            .iter()
-            .any(|gauge| matches!(gauge, Gauge::Failed(_)));
+        let gauge_failed = reading.gauges.map(Gauge::has_failed).contains(&true);
         Indicators {
             ready: !lost && !in_fault,
             holding: state.is_holding(),
@@ -168,17 +185,13 @@ impl Controller {
         now: Instant,
         reading: &Reading,
         contact: &Contact,
-        noise_variance: [f32; FINGERS],
+        zero: &ZeroReport,
     ) -> Snapshot {
-        let noise = noise_variance.map(root);
         Snapshot {
             now,
             state: self.supervisor.state(),
             lost: self.supervisor.lost(),
-            pressure: match reading.monitor {
-                Monitor::Valid(pressure) => Some(pressure),
-                Monitor::Missing | Monitor::TooHigh | Monitor::Lost => None,
-            },
+            pressure: reading.monitor.pressure(),
             setpoint: self.regulator.setpoint(),
             residual: contact.residual,
             touching: contact.touching,
@@ -188,9 +201,11 @@ impl Controller {
                 .supervisor
                 .payload()
                 .and_then(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
-            noise: noise.map(Microstrain),
+            noise: reading
+                .noise_variance
+                .map(|variance| Microstrain(root(variance))),
             drift: self.zero.drift(),
-            tare_due: self.zero.tare_is_due(),
+            tare_due: zero.tare_due,
         }
     }
 }

@@ -1,9 +1,9 @@
 //! What the controller reports: events, which are not dropped without being counted.
 
-use crate::FINGERS;
 use crate::command::Refusal;
 use crate::detect::Loss;
 use crate::fault::Fault;
+use crate::units::FINGERS;
 
 /// Something that happened in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]

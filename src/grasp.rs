@@ -16,137 +16,37 @@
 
 mod failures;
 mod obey;
+mod settings;
+mod state;
 
-use crate::FINGERS;
-use crate::command::{Answer, Command, Payload, Refusal};
+use crate::air::Air;
+use crate::command::{Answer, Command, Motion, Payload, Refusal};
 use crate::condition::Reading;
-use crate::detect::{Loss, LossCause, Verdict};
+use crate::detect::{Loss, LossCause, Verdict, Watch};
 use crate::estimate::{Contact, OPEN_KPA};
 use crate::event::{Event, Events};
 use crate::fault::Fault;
-use crate::regulate::Air;
-use crate::settings::{Active, OnLoss};
 use crate::table::FingerTable;
-use crate::units::{Instant, Kilopascals};
-use crate::zero::TareResult;
-use obey::Asked;
+use crate::units::{FINGERS, Instant, Kilopascals};
+use crate::zero::ZeroReport;
 
-/// Where the gripper is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum State {
-    /// Open, without pressure.
-    Idle,
-    /// Pressure is rising, or changing.
-    Closing {
-        /// The set-point.
-        target: Kilopascals,
-        /// When the pressure got there.
-        reached: Option<Instant>,
-        /// What for.
-        purpose: Purpose,
-    },
-    /// Something is held.
-    Holding {
-        /// The set-point.
-        target: Kilopascals,
-        /// When the hold was recognised.
-        since: Instant,
-    },
-    /// Closed around nothing.
-    Empty {
-        /// The set-point.
-        target: Kilopascals,
-    },
-    /// Letting the air out on command.
-    Releasing {
-        /// When the command came.
-        since: Instant,
-        /// Something was held, and its contact is not gone yet.
-        holding: bool,
-    },
-    /// In the safe state.
-    Fault {
-        /// What went wrong first.
-        fault: Fault,
-        /// The pressure that is kept; zero if vented.
-        target: Kilopascals,
-        /// Something is held, and the gauges can still tell a loss.
-        watching: bool,
-    },
-}
-
-/// Why the pressure changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Purpose {
-    /// To find out whether there is something to hold.
-    Grip,
-    /// What is held is to be held at another pressure.
-    Change,
-    /// What has been lost is to be caught.
-    Regrip,
-}
-
-impl State {
-    /// The pressure that this state asks for.
-    pub fn target(&self) -> Kilopascals {
-        match *self {
-            Self::Closing { target, .. }
-            | Self::Holding { target, .. }
-            | Self::Empty { target }
-            | Self::Fault { target, .. } => target,
-            Self::Idle | Self::Releasing { .. } => Kilopascals(0.0),
-        }
-    }
-
-    /// The fault that is latched.
-    pub fn fault(&self) -> Option<Fault> {
-        match *self {
-            Self::Fault { fault, .. } => Some(fault),
-            _ => None,
-        }
-    }
-
-    /// Whether nothing but zero may be commanded: a fault that has let the air out.
-    pub fn is_vented(&self) -> bool {
-        matches!(self, Self::Fault { target, .. } if target.0 <= 0.0)
-    }
-
-    /// Whether something is held, and the detector is to watch it: also while it is held at another
-    /// pressure, and in a fault that leaves it in the grip.
-    pub fn is_holding(&self) -> bool {
-        matches!(
-            self,
-            Self::Holding { .. }
-                | Self::Closing {
-                    purpose: Purpose::Change,
-                    ..
-                }
-                | Self::Fault { watching: true, .. }
-        )
-    }
-}
+pub(crate) use settings::Active;
+pub use settings::{OnFault, OnLoss, Settings};
+pub use state::{Purpose, State};
 
 /// What the supervisor sees in one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<'a> {
     /// The readings.
     pub reading: &'a Reading,
+    /// The pressure, and what it should be.
+    pub air: &'a Air,
     /// What the fingers feel.
     pub contact: &'a Contact,
+    /// What has become of the zero.
+    pub zero: &'a ZeroReport,
     /// The detector's verdict.
     pub verdict: Verdict,
-    /// The pressure, and what it should be.
-    pub air: Air,
-    /// A tare that ended in this tick.
-    pub tare: Option<TareResult>,
-    /// A tare is running.
-    pub taring: bool,
-    /// A tare is asked for.
-    pub tare_due: bool,
-    /// The pressure has deviated from the command for this long, µs.
-    pub deviating_us: u64,
 }
 
 /// A grip needs this many fingers.
@@ -175,8 +75,8 @@ pub struct Supervisor {
     failed: [bool; FINGERS],
     supply_ticks: u16,
     tare_was_due: bool,
-    /// The last command but acknowledgements, with its answer.
-    asked: Option<Asked>,
+    /// The last command but acknowledgements, when it came last, and its answer.
+    asked: Option<(Command, Instant, Answer)>,
     /// When the last acknowledgement came.
     acknowledged: Option<Instant>,
     /// The latched fault has been acknowledged, and ends with its cause.
@@ -221,9 +121,13 @@ impl Supervisor {
         self.lost
     }
 
-    /// Fingers that touched when the present hold was recognised.
-    pub fn carrying(&self) -> [bool; FINGERS] {
-        self.carrying
+    /// How what is held is to be watched, if something is.
+    pub fn watch(&self, motion: Motion) -> Option<Watch> {
+        self.state.is_holding().then_some(Watch {
+            motion,
+            carrying: self.carrying,
+            pressure_changes: matches!(self.state, State::Closing { reached: None, .. }),
+        })
     }
 
     /// What the present grip was asked to carry.
@@ -285,8 +189,6 @@ impl Supervisor {
         active: &Active,
         events: &mut Events,
     ) {
-        let contact = situation.contact;
-        let pressure = situation.air.measured.map(|pressure| pressure.0);
         if let Verdict::Lost {
             onset,
             cause,
@@ -307,90 +209,117 @@ impl Supervisor {
             State::Idle | State::Empty { .. } => {}
             State::Closing {
                 target,
-                reached,
+                reached: None,
                 purpose,
             } => {
-                self.report_touch(contact, events);
-                let Some(since) = reached else {
-                    let near = pressure.is_some_and(|p| (p - target.0).abs() <= REACHED_KPA);
-                    // A regulator that falls short of its set-point, but not by a fault's worth, has
-                    // reached what it can.
-                    let due = (situation.air.expected.0 - target.0).abs() <= DUE_KPA;
-                    if near || due && situation.deviating_us == 0 {
-                        self.state = State::Closing {
-                            target,
-                            reached: Some(now),
-                            purpose,
-                        };
-                    }
-                    return;
-                };
+                self.report_touch(situation.contact, events);
+                if has_reached(target, situation.air) {
+                    self.state = State::Closing {
+                        target,
+                        reached: Some(now),
+                        purpose,
+                    };
+                }
+            }
+            State::Closing {
+                target,
+                reached: Some(since),
+                purpose,
+            } => {
+                self.report_touch(situation.contact, events);
                 // Air that is going is no object that is, and without its pressure a finger feels nothing.
                 let settled = now.micros_since(since) >= active.settle_us;
-                if !settled || situation.deviating_us > 0 || !contact.known {
-                    return;
-                }
-                let needed = match purpose {
-                    Purpose::Grip | Purpose::Regrip => FINGERS_OF_A_GRIP,
-                    // What two fingers hold is still held when the gauge of one of them fails.
-                    Purpose::Change => self.living_carriers(contact).clamp(1, FINGERS_OF_A_GRIP),
-                };
-                if contact.touching_count() >= needed {
-                    self.slipping = false;
-                    self.carrying = contact.touching;
-                    self.state = State::Holding { target, since: now };
-                    events.add(Event::Holding {
-                        touching: contact.touching,
-                    });
-                } else if purpose == Purpose::Change {
-                    let loss = Loss {
-                        onset: now,
-                        flagged: now,
-                        cause: LossCause::Missing,
-                        evidence: [None; FINGERS],
-                    };
-                    self.lose(loss, target, active, events);
-                } else {
-                    self.state = State::Empty { target };
-                    events.add(Event::Empty);
+                if settled && situation.air.deviating_us == 0 && situation.contact.known {
+                    self.judge_grip(now, target, purpose, situation.contact, active, events);
                 }
             }
             State::Holding { .. } | State::Fault { watching: true, .. } => {
-                match situation.verdict {
-                    Verdict::Unarmed | Verdict::Holding | Verdict::Lost { .. } => {
-                        self.slipping = false
-                    }
-                    Verdict::Slipping { rate } => {
-                        if !self.slipping {
-                            self.slipping = true;
-                            events.add(Event::Slip { rate });
-                        }
-                    }
-                    Verdict::AirLoss => {
-                        events.add(Event::AirLoss);
-                        self.enter_fault(Fault::AirLoss, situation.air, active, events);
-                    }
-                }
+                self.report_hold(situation, active, events);
             }
             State::Fault {
                 watching: false, ..
             } => {}
             State::Releasing { since, holding } => {
-                let open = pressure.is_some_and(|p| p < OPEN_KPA);
-                let gone = contact.touching_count() == 0
-                    || open
-                    || now.micros_since(since) > RELEASE_LIMIT_US;
-                if holding && gone {
-                    events.add(Event::Released);
-                    self.state = State::Releasing {
-                        since,
-                        holding: false,
-                    };
-                }
-                if open {
-                    self.state = State::Idle;
+                self.let_go(now, since, holding, situation, events);
+            }
+        }
+    }
+
+    /// Says whether something is held, once the pressure is where it should be.
+    fn judge_grip(
+        &mut self,
+        now: Instant,
+        target: Kilopascals,
+        purpose: Purpose,
+        contact: &Contact,
+        active: &Active,
+        events: &mut Events,
+    ) {
+        let needed = match purpose {
+            Purpose::Grip | Purpose::Regrip => FINGERS_OF_A_GRIP,
+            // What two fingers hold is still held when the gauge of one of them fails.
+            Purpose::Change => self.living_carriers(contact).clamp(1, FINGERS_OF_A_GRIP),
+        };
+        if contact.touching_count() >= needed {
+            self.slipping = false;
+            self.carrying = contact.touching;
+            self.state = State::Holding { target, since: now };
+            events.add(Event::Holding {
+                touching: contact.touching,
+            });
+        } else if purpose == Purpose::Change {
+            let loss = Loss {
+                onset: now,
+                flagged: now,
+                cause: LossCause::Missing,
+                evidence: [None; FINGERS],
+            };
+            self.lose(loss, target, active, events);
+        } else {
+            self.state = State::Empty { target };
+            events.add(Event::Empty);
+        }
+    }
+
+    /// Reports what the detector sees of what is held.
+    fn report_hold(&mut self, situation: &Situation, active: &Active, events: &mut Events) {
+        match situation.verdict {
+            Verdict::Unarmed | Verdict::Holding | Verdict::Lost { .. } => self.slipping = false,
+            Verdict::Slipping { rate } => {
+                if !self.slipping {
+                    self.slipping = true;
+                    events.add(Event::Slip { rate });
                 }
             }
+            Verdict::AirLoss => {
+                events.add(Event::AirLoss);
+                self.enter_fault(Fault::AirLoss, situation.air, active, events);
+            }
+        }
+    }
+
+    /// Ends a release when the fingers are open, and its hold when they feel nothing any more.
+    fn let_go(
+        &mut self,
+        now: Instant,
+        since: Instant,
+        holding: bool,
+        situation: &Situation,
+        events: &mut Events,
+    ) {
+        let open = situation.air.measured.is_some_and(|p| p.0 < OPEN_KPA);
+        let gone = situation.contact.touching_count() == 0
+            || open
+            || now.micros_since(since) > RELEASE_LIMIT_US;
+        if holding && gone {
+            events.add(Event::Released);
+            self.state = State::Releasing {
+                since,
+                holding: false,
+            };
+        }
+        if open {
+            self.state = State::Idle;
         }
     }
 
@@ -445,16 +374,26 @@ impl Supervisor {
 
     /// Answers a tare that has ended, and asks for one that is due.
     fn report_zero(&mut self, situation: &Situation, events: &mut Events) {
-        match situation.tare {
+        match situation.zero.tare {
             Some(Ok(())) => events.add(Event::Tared),
             Some(Err(fault)) => events.add(Event::Refused(Refusal::TareRejected(fault))),
             None => {}
         }
-        if situation.tare_due && !self.tare_was_due {
+        if situation.zero.tare_due && !self.tare_was_due {
             events.add(Event::TareDue);
         }
-        self.tare_was_due = situation.tare_due;
+        self.tare_was_due = situation.zero.tare_due;
     }
+}
+
+/// Whether the pressure is where it should be, or where it can get: a regulator may fall short of its
+/// set-point, but not by a fault's worth.
+fn has_reached(target: Kilopascals, air: &Air) -> bool {
+    let near = air
+        .measured
+        .is_some_and(|p| (p.0 - target.0).abs() <= REACHED_KPA);
+    let due = (air.expected.unwrap_or_default().0 - target.0).abs() <= DUE_KPA;
+    near || due && air.deviating_us == 0
 }
 
 impl Default for Supervisor {

@@ -1,7 +1,7 @@
 //! Digital inputs of the robot → command.
 
-use crate::TICK_US;
 use crate::command::{Command, Grip};
+use crate::units::TICK_US;
 
 /// What the robot applies to the inputs in one tick; `true` is 24 V.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

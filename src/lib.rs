@@ -4,12 +4,15 @@
 //! codes and gives converter codes. The modules stand in the order in which data flows:
 //!
 //! ```text
-//! RawFrame ─► condition ─► Reading ─► estimate ─► Contact ─► detect ─► Verdict
-//!                                        ▲ table                          │
-//! Command ─────────────────────────────► grasp (the only state machine) ◄─┘
-//! Settings ─► validate ─► Active            │ target pressure
-//!                                           ▼
-//!                                        regulate ─► interlock ─► DAC code
+//! RawFrame ─► condition ─► Reading ─┬─► air (what the pressure should be) ─► Air ────┐
+//!                                   └─► estimate (by table) ─► Contact ─► zero       │
+//!                                                                 └─► detect ◄───────┤
+//!                                                                        │ Verdict   │
+//! Command ─────────────────────► grasp (the only state machine) ◄────────┘           │
+//! Settings ─► validate ─► Active      │ target pressure                              │
+//!                                     ▼                                              │
+//!                                  regulate ◄────────────────────────────────────────┘
+//!                                     └─► interlock ─► DAC code
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]
@@ -20,6 +23,7 @@ extern crate std;
 pub mod fault;
 pub mod frontend;
 mod math;
+mod range;
 pub mod settings;
 pub mod table;
 pub mod units;
@@ -27,7 +31,11 @@ pub mod units;
 pub mod scan;
 
 pub mod condition;
+
+pub mod air;
+
 pub mod estimate;
+
 pub mod zero;
 
 pub mod detect;
@@ -52,8 +60,4 @@ pub mod failure;
 pub use command::{Answer, Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};
-
-/// Fingers, and strain gauges, of the gripper.
-pub const FINGERS: usize = 3;
-/// Control tick, µs.
-pub const TICK_US: u64 = 1_000;
+pub use units::{FINGERS, TICK_US};

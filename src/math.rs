@@ -1,8 +1,7 @@
 //! Arithmetic that more than one module needs.
 
+use crate::units::TICK_US;
 use micromath::F32Ext;
-
-use crate::TICK_US;
 
 /// Share of the way that a first-order lag goes in one tick: `1 − exp(−dt/τ)`. libm, because at long
 /// time constants the share is small and an approximate exponential would be off by more than itself.

@@ -1,10 +1,9 @@
 //! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
 
-use crate::condition::Monitor;
+use crate::air::{self, Air, AirModel, FOLLOWING_KPA};
 use crate::math::{larger, smaller};
-use crate::settings::Active;
-use crate::units::Kilopascals;
-use crate::{TICK_US, units::Instant};
+use crate::range::{SettingsError, within};
+use crate::units::{Kilopascals, TICK_US};
 
 /// Proportional gain on the deviation. The regulator has its own loop; this one only trims it.
 const PROPORTIONAL: f32 = 0.1;
@@ -14,27 +13,50 @@ const INTEGRAL_PER_S: f32 = 4.0;
 const TRIM_LIMIT_KPA: f32 = 10.0;
 /// A ramp is over when the expected pressure is this close to the set-point.
 const STEADY_KPA: f32 = 1.0;
-/// The pressure follows while it is within this of what the command should give.
-const FOLLOWING_KPA: f32 = 8.0;
 
-/// The pressure, and what it should be.
+/// How far and how fast the pressure may be commanded.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Air {
-    /// Measured pressure, where there is a measurement.
-    pub measured: Option<Kilopascals>,
-    /// What the commands so far should have given.
-    pub expected: Kilopascals,
+pub struct Settings {
+    /// No command and no grip goes above.
+    pub max_pressure_kpa: f32,
+    /// Steepest change of the commanded pressure.
+    pub slew_kpa_per_s: f32,
 }
 
-/// The regulator's set-point, model and trim.
+impl Default for Settings {
+    /// For a finger that is good for 160 kPa, as the default one is.
+    fn default() -> Self {
+        Self {
+            max_pressure_kpa: 160.0,
+            slew_kpa_per_s: 400.0,
+        }
+    }
+}
+
+impl Settings {
+    /// `ceiling_kpa`: what the finger's table and the regulator reach.
+    pub(crate) fn validate(&self, ceiling_kpa: f32) -> Result<Active, SettingsError> {
+        let max = within("max_pressure_kpa", self.max_pressure_kpa, 1.0, ceiling_kpa)?;
+        let slew = within("slew_kpa_per_s", self.slew_kpa_per_s, 1.0, 10_000.0)?;
+        Ok(Active {
+            max_pressure: Kilopascals(max),
+            slew_kpa_per_tick: slew * TICK_US as f32 * 1e-6,
+        })
+    }
+}
+
+/// The limits for one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Active {
+    pub(crate) max_pressure: Kilopascals,
+    pub(crate) slew_kpa_per_tick: f32,
+}
+
+/// The slew-limited set-point, and the trim that removes the regulator's own error.
 #[derive(Debug, Clone, Copy)]
 pub struct Regulator {
     setpoint: f32,
-    /// What the pressure should be by now; unknown before the first measurement.
-    expected: Option<f32>,
     trim: f32,
-    deviation: Option<f32>,
-    deviating_since: Option<Instant>,
 }
 
 impl Regulator {
@@ -42,10 +64,7 @@ impl Regulator {
     pub fn new() -> Self {
         Self {
             setpoint: 0.0,
-            expected: None,
             trim: 0.0,
-            deviation: None,
-            deviating_since: None,
         }
     }
 
@@ -54,81 +73,37 @@ impl Regulator {
         Kilopascals(self.setpoint)
     }
 
-    /// What the commands so far should have given; unknown before the first measurement.
-    pub fn expected(&self) -> Option<Kilopascals> {
-        self.expected.map(Kilopascals)
-    }
-
-    /// Compares the pressure with what the commands so far should have given.
-    pub fn observe(&mut self, now: Instant, monitor: Monitor) -> Air {
-        let measured = match monitor {
-            Monitor::Valid(pressure) => Some(pressure),
-            Monitor::Missing | Monitor::TooHigh | Monitor::Lost => None,
+    /// The command for this tick, which drives the model too; none to let all air out at once: the next rise
+    /// starts from there.
+    pub fn step(
+        &mut self,
+        target: Option<Kilopascals>,
+        air: &Air,
+        model: &mut AirModel,
+        (active, air_active): (&Active, &air::Active),
+    ) -> Kilopascals {
+        let Some(target) = target else {
+            *self = Self::new();
+            model.drive(0.0, air_active);
+            return Kilopascals(0.0);
         };
-        self.deviation =
-            measured.map(|pressure| pressure.0 - *self.expected.get_or_insert(pressure.0));
-        match self.deviation {
-            Some(deviation) if deviation.abs() > FOLLOWING_KPA => {
-                self.deviating_since.get_or_insert(now);
-            }
-            Some(_) => self.deviating_since = None,
-            None => {}
-        }
-        Air {
-            measured,
-            expected: Kilopascals(self.expected.unwrap_or(0.0)),
-        }
-    }
-
-    /// How long the pressure has not followed, µs.
-    pub fn deviating_us(&self, now: Instant) -> u64 {
-        self.deviating_since
-            .map_or(0, |since| now.micros_since(since))
-    }
-
-    /// The output has been set to zero past this: the next rise starts from there.
-    pub fn vent(&mut self, active: &Active) {
-        self.setpoint = 0.0;
-        self.trim = 0.0;
-        if let Some(expected) = &mut self.expected {
-            *expected -= active.regulator_gain * *expected;
-        }
-    }
-
-    /// The command for this tick.
-    pub fn step(&mut self, target: Kilopascals, active: &Active) -> Kilopascals {
-        let slew = active.slew_kpa_per_tick;
         let target = smaller(larger(target.0, 0.0), active.max_pressure.0);
-        if let Some(expected) = &mut self.expected {
-            // A ramp starts from the pressure that is there: a rise from no more than that, even if the model
-            // of the regulator is wrong, and a fall from no more than that, so that it stops a rise at once.
-            if self.setpoint < target {
-                let low = self.deviation.map_or(0.0, |off| *expected + off.min(0.0));
-                self.setpoint = self.setpoint.max(low.min(target));
-            } else if self.setpoint > target {
-                let high = self
-                    .deviation
-                    .map_or(*expected, |off| *expected + off.max(0.0));
-                self.setpoint = self.setpoint.min(high.max(target));
-            }
-            if self.setpoint != target {
-                self.setpoint += (target - self.setpoint).max(-slew).min(slew);
-            }
-            *expected += active.regulator_gain * (self.setpoint - *expected);
+        if let Some(expected) = air.expected {
+            self.slew(target, expected.0, air.deviation_kpa(), active);
         }
+        let expected = model.drive(self.setpoint, air_active);
 
         // Deviations from the expected response, not from the set-point: the regulator's lag is not
         // an error to integrate.
-        let error = -self.deviation.unwrap_or(0.0);
+        let error = -air.deviation_kpa().unwrap_or(0.0);
         // A pressure that does not follow is a fault to report, not an error to chase.
         let chased = error.clamp(-FOLLOWING_KPA, FOLLOWING_KPA);
         let command = self.setpoint + PROPORTIONAL * chased + self.trim;
         // Anti-windup: no trim for a command at its limit, none for a regulator that does not follow,
         // and none on a ramp, where a regulator quicker or slower than its model is no error to trim.
         let saturated = !(0.0..=active.max_pressure.0).contains(&command);
-        let steady = self
-            .expected
-            .is_some_and(|expected| (self.setpoint - expected).abs() < STEADY_KPA);
+        let steady =
+            expected.is_some_and(|expected| (self.setpoint - expected.0).abs() < STEADY_KPA);
         if !saturated && steady && error.abs() < FOLLOWING_KPA {
             self.trim = (self.trim + INTEGRAL_PER_S * error * TICK_US as f32 * 1e-6)
                 .clamp(-TRIM_LIMIT_KPA, TRIM_LIMIT_KPA);
@@ -138,6 +113,23 @@ impl Regulator {
             return Kilopascals(0.0);
         }
         Kilopascals(command)
+    }
+
+    /// Moves the set-point towards the target. A ramp starts from the pressure that is there: a rise from no
+    /// more than that, even if the model of the regulator is wrong, and a fall from no more than that, so that
+    /// it stops a rise at once.
+    fn slew(&mut self, target: f32, expected: f32, deviation: Option<f32>, active: &Active) {
+        if self.setpoint < target {
+            let low = deviation.map_or(0.0, |off| expected + off.min(0.0));
+            self.setpoint = self.setpoint.max(low.min(target));
+        } else if self.setpoint > target {
+            let high = deviation.map_or(expected, |off| expected + off.max(0.0));
+            self.setpoint = self.setpoint.min(high.max(target));
+        }
+        if self.setpoint != target {
+            let slew = active.slew_kpa_per_tick;
+            self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+        }
     }
 }
 
@@ -150,47 +142,73 @@ impl Default for Regulator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frontend::FrontEnd;
-    use crate::settings::Settings;
-    use crate::table::FINGER;
+    use crate::condition::Monitor;
+    use crate::units::Instant;
 
     fn active() -> Active {
-        Settings::default()
-            .validate(&FrontEnd::REFERENCE, &FINGER)
-            .expect("good settings")
+        Settings::default().validate(160.0).expect("good settings")
     }
 
-    /// Runs a regulator with gain and offset errors for a second and returns the pressure.
-    fn run(regulator: &mut Regulator, target: f32, gain: f32, offset: f32, ms: u64) -> f32 {
-        let active = active();
-        let mut pressure = 0.0;
-        for tick in 0..ms {
-            let now = Instant::from_micros(1_000 * tick);
-            regulator.observe(now, Monitor::Valid(Kilopascals(pressure)));
-            let command = regulator.step(Kilopascals(target), &active);
-            pressure += (gain * command.0 + offset - pressure) / 60.0;
+    /// A regulator and what it drives.
+    struct Loop {
+        regulator: Regulator,
+        model: AirModel,
+        tick: u64,
+    }
+
+    impl Loop {
+        fn new() -> Self {
+            Self {
+                regulator: Regulator::new(),
+                model: AirModel::new(),
+                tick: 0,
+            }
         }
-        pressure
+
+        /// One tick at a measured pressure, kPa.
+        fn step(&mut self, target: Option<f32>, measured: Option<f32>) -> f32 {
+            self.tick += 1;
+            let now = Instant::from_micros(1_000 * self.tick);
+            let monitor = match measured {
+                Some(kpa) => Monitor::Valid(Kilopascals(kpa)),
+                None => Monitor::Missing,
+            };
+            let air = self.model.observe(now, monitor);
+            let air_active = air::Settings::default().validate().expect("good settings");
+            let target = target.map(Kilopascals);
+            self.regulator
+                .step(target, &air, &mut self.model, (&active(), &air_active))
+                .0
+        }
+
+        /// Runs a regulator with gain and offset errors and returns the pressure.
+        fn run(&mut self, target: f32, gain: f32, offset: f32, ms: u64) -> f32 {
+            let mut pressure = 0.0;
+            for _ in 0..ms {
+                let command = self.step(Some(target), Some(pressure));
+                pressure += (gain * command + offset - pressure) / 60.0;
+            }
+            pressure
+        }
     }
 
     #[test]
     fn the_trim_removes_the_regulators_error() {
-        let mut regulator = Regulator::new();
-        let pressure = run(&mut regulator, 140.0, 0.99, -1.0, 6_000);
-        assert!((pressure - 140.0).abs() < 0.1, "{pressure}");
+        for (gain, offset) in [(0.99, -1.0), (1.01, 1.0)] {
+            let pressure = Loop::new().run(140.0, gain, offset, 6_000);
+            assert!((pressure - 140.0).abs() < 0.1, "{pressure}");
+        }
     }
 
     #[test]
-    fn the_setpoint_never_rises_faster_than_its_slew() {
-        let active = active();
-        let mut regulator = Regulator::new();
+    fn the_setpoint_never_rises_faster_than_its_slew_nor_above_the_limit() {
+        let mut control = Loop::new();
         let mut before = 0.0;
-        let at_rest = Monitor::Valid(Kilopascals(0.0));
-        regulator.observe(Instant::default(), at_rest);
         for _ in 0..1_000 {
-            regulator.step(Kilopascals(160.0), &active);
-            let now = regulator.setpoint().0;
-            assert!(now - before <= active.slew_kpa_per_tick * 1.001);
+            let following = control.model.expected().map_or(0.0, |kpa| kpa.0);
+            control.step(Some(200.0), Some(following));
+            let now = control.regulator.setpoint().0;
+            assert!(now - before <= active().slew_kpa_per_tick * 1.001);
             before = now;
         }
         assert_eq!(before, 160.0);
@@ -198,17 +216,85 @@ mod tests {
 
     #[test]
     fn a_stuck_regulator_is_seen_and_does_not_wind_the_trim_up() {
-        let mut regulator = Regulator::new();
-        run(&mut regulator, 140.0, 0.0, 0.0, 2_000);
-        assert!(regulator.deviating_us(Instant::from_micros(2_000_000)) > 1_500_000);
-        assert!(regulator.trim.abs() < 1.0, "{}", regulator.trim);
+        let mut control = Loop::new();
+        control.run(140.0, 0.0, 0.0, 2_000);
+        let now = Instant::from_micros(2_000_000);
+        let air = control.model.observe(now, Monitor::Missing);
+        assert!(air.deviating_us > 1_500_000);
+        assert!(
+            control.regulator.trim.abs() < 1.0,
+            "{}",
+            control.regulator.trim
+        );
     }
 
     #[test]
-    fn without_a_target_nothing_is_commanded() {
-        let mut regulator = Regulator::new();
-        regulator.observe(Instant::default(), Monitor::Valid(Kilopascals(-2.0)));
-        let command = regulator.step(Kilopascals(0.0), &active());
-        assert_eq!(command, Kilopascals(0.0));
+    fn the_trim_is_limited_and_a_command_at_its_limit_does_not_wind_it_up() {
+        let mut control = Loop::new();
+        // 7 kPa too little, for ever: a deviation that is no fault.
+        for _ in 0..20_000 {
+            let following = control.model.expected().map_or(0.0, |kpa| kpa.0);
+            control.step(Some(100.0), Some(following - 7.0));
+        }
+        assert_eq!(control.regulator.trim, TRIM_LIMIT_KPA);
+        let mut control = Loop::new();
+        for _ in 0..20_000 {
+            let following = control.model.expected().map_or(0.0, |kpa| kpa.0);
+            let command = control.step(Some(160.0), Some(following - 7.0));
+            assert!(command <= 161.0, "{command}");
+        }
+        assert!(control.regulator.trim < 1.0, "{}", control.regulator.trim);
+    }
+
+    #[test]
+    fn the_integral_takes_out_four_times_the_error_each_second() {
+        let mut control = Loop::new();
+        control.run(100.0, 1.0, 0.0, 3_000);
+        let before = control.regulator.trim;
+        for _ in 0..250 {
+            let following = control.model.expected().map_or(0.0, |kpa| kpa.0);
+            control.step(Some(100.0), Some(following - 2.0));
+        }
+        let gained = control.regulator.trim - before;
+        assert!((gained - 2.0).abs() < 0.01, "{gained}");
+    }
+
+    #[test]
+    fn a_new_ramp_starts_from_the_pressure_that_is_there() {
+        // Up, after the output has been set to zero: from what is left, by measurement or model.
+        for (measured, most) in [(100.0, 100.4), (150.0, 139.0)] {
+            let mut control = Loop::new();
+            control.run(140.0, 1.0, 0.0, 3_000);
+            control.step(None, Some(140.0));
+            control.step(Some(160.0), Some(measured));
+            let setpoint = control.regulator.setpoint().0;
+            assert!((most - 1.0..=most + 0.01).contains(&setpoint), "{setpoint}");
+        }
+        // Down: the model lags behind the set-point, so that a rise stops at once.
+        let mut control = Loop::new();
+        control.run(140.0, 1.0, 0.0, 200);
+        let expected = control.model.expected().expect("known").0;
+        assert!(control.regulator.setpoint().0 > expected + 10.0);
+        control.step(Some(10.0), Some(expected - 3.0));
+        let slew = active().slew_kpa_per_tick;
+        assert!(control.regulator.setpoint().0 <= expected - slew + 1e-3);
+    }
+
+    #[test]
+    fn without_a_target_nothing_is_commanded_and_after_a_vent_it_starts_from_zero() {
+        let mut control = Loop::new();
+        assert_eq!(control.step(Some(0.0), Some(-2.0)), 0.0);
+        control.run(140.0, 0.99, 0.0, 3_000);
+        assert_eq!(control.step(None, Some(138.0)), 0.0);
+        assert_eq!(control.regulator.setpoint().0, 0.0);
+        assert_eq!(control.regulator.trim, 0.0);
+    }
+
+    #[test]
+    fn nothing_is_commanded_before_the_first_measurement() {
+        let mut control = Loop::new();
+        for _ in 0..100 {
+            assert_eq!(control.step(Some(140.0), None), 0.0);
+        }
     }
 }

@@ -1,8 +1,7 @@
 //! Converter samples of one tick → one frame.
 
-use crate::FINGERS;
 use crate::condition::RawFrame;
-use crate::units::AdcCode;
+use crate::units::{AdcCode, FINGERS};
 
 /// Channels of one scan, in this order: a gauge per finger, the pressure monitor, the supply.
 pub const CHANNELS: usize = FINGERS + 2;

@@ -270,7 +270,7 @@ mod tests {
         let front_end = FrontEnd::REFERENCE;
         let settings = Settings::for_finger(&front_end, &BUILT);
         settings.validate(&front_end, &BUILT).expect("its own");
-        assert!(settings.max_pressure_kpa <= BUILT.max_pressure_kpa);
+        assert!(settings.regulator.max_pressure_kpa <= BUILT.max_pressure_kpa);
         assert!(
             BUILT
                 .lift_rows

@@ -1,9 +1,8 @@
 //! What the controller shows: a snapshot of each tick, which may be dropped, and the indicator outputs.
 
-use crate::FINGERS;
 use crate::detect::Loss;
 use crate::grasp::State;
-use crate::units::{Degrees, Instant, Kilopascals, Microstrain};
+use crate::units::{Degrees, FINGERS, Instant, Kilopascals, Microstrain};
 
 pub use crate::event::{EVENTS, Event, Events};
 

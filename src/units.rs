@@ -1,4 +1,10 @@
-//! Quantities with their unit in the type, for every public boundary.
+//! Quantities with their unit in the type, for every public boundary, and the two numbers that everything is
+//! made for: fingers and ticks.
+
+/// Fingers, and strain gauges, of the gripper.
+pub const FINGERS: usize = 3;
+/// Control tick, µs.
+pub const TICK_US: u64 = 1_000;
 
 /// A converter reading, left-aligned to 16 bits: the mean of the 12-bit scans of one tick times 16,
 /// so that averaging keeps its fractional bits.

@@ -5,12 +5,10 @@
 //! while the gripper rests open, without pressure and without contact: no faster than 100 µε/s, and by no
 //! more than 1000 µε since the last tare. Beyond that a tare is asked for.
 
-use crate::FINGERS;
-use crate::TICK_US;
 use crate::command::TareFault;
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::estimate::{Contact, OPEN_KPA};
-use crate::units::Microstrain;
+use crate::units::{FINGERS, Microstrain, TICK_US};
 
 /// Length of a tare, ticks: ten periods of 50 Hz and twelve of 60 Hz, so that hum averages out.
 const TARE_TICKS: u16 = 200;
@@ -36,6 +34,17 @@ const LEANING_TICKS: u16 = 10_000;
 
 /// How a tare ended.
 pub type TareResult = Result<(), TareFault>;
+
+/// What has become of the zero in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ZeroReport {
+    /// How a tare ended in this tick.
+    pub tare: Option<TareResult>,
+    /// A tare is running.
+    pub taring: bool,
+    /// The zero is no longer known, so a tare is asked for.
+    pub tare_due: bool,
+}
 
 /// The zero of one gauge.
 #[derive(Debug, Clone, Copy)]
@@ -113,23 +122,32 @@ impl Zero {
 
     /// Tracking is used up, or a finger has leaned on something, or seems to, for long: the zero is no
     /// longer known.
-    pub fn tare_is_due(&self) -> bool {
+    fn tare_is_due(&self) -> bool {
         self.used_up || self.leaning_ticks >= LEANING_TICKS
     }
 
-    /// A tare is running.
-    pub fn is_taring(&self) -> bool {
-        self.tare.is_some()
-    }
-
-    /// Starts averaging for new offsets.
-    pub fn start_tare(&mut self) {
-        self.tare = Some(Tare::default());
-    }
-
     /// One tick: tracks the zero, or feeds a running tare and says once how it ended. `idle`: the gripper
-    /// is open and nothing is asked of it.
+    /// is open and nothing is asked of it; `start`: a tare begins.
     pub fn step(
+        &mut self,
+        reading: &Reading,
+        contact: &Contact,
+        idle: bool,
+        start: bool,
+        contact_ue: f32,
+    ) -> ZeroReport {
+        if start {
+            self.tare = Some(Tare::default());
+        }
+        let tare = self.advance(reading, contact, idle, contact_ue);
+        ZeroReport {
+            tare,
+            taring: self.tare.is_some(),
+            tare_due: self.tare_is_due(),
+        }
+    }
+
+    fn advance(
         &mut self,
         reading: &Reading,
         contact: &Contact,
@@ -208,11 +226,7 @@ impl Zero {
         if !idle {
             return Some(Err(TareFault::Interrupted));
         }
-        if reading
-            .gauges
-            .iter()
-            .any(|gauge| matches!(gauge, Gauge::Failed(_)))
-        {
+        if reading.gauges.iter().any(|gauge| gauge.has_failed()) {
             return Some(Err(TareFault::Gauge));
         }
         let [Some(a), Some(b), Some(c)] = reading.gauges.map(Gauge::strain) else {
@@ -319,11 +333,17 @@ mod tests {
 
     /// One tick at rest with these raw strains, µε.
     fn tick(zero: &mut Zero, raw_ue: [f32; 3], kpa: f32, idle: bool) -> Option<TareResult> {
+        step(zero, raw_ue, kpa, idle, false).tare
+    }
+
+    /// The same, with all that is told; `start`: a tare begins.
+    fn step(zero: &mut Zero, raw_ue: [f32; 3], kpa: f32, idle: bool, start: bool) -> ZeroReport {
         let offsets = zero.offsets_ue();
         let strain: [f32; 3] = core::array::from_fn(|i| raw_ue[i] - offsets[i]);
         let reading = Reading {
             gauges: strain.map(|ue| Gauge::Valid(Microstrain(ue))),
             monitor: Monitor::Valid(Kilopascals(kpa)),
+            noise_variance: [400.0; 3],
             supply: Some(Volts(24.0)),
             stale_ticks: 0,
             overrun: false,
@@ -336,7 +356,7 @@ mod tests {
             range: Range::Inside,
             known: true,
         };
-        zero.step(&reading, &contact, idle, CONTACT_UE)
+        zero.step(&reading, &contact, idle, start, CONTACT_UE)
     }
 
     fn rest(zero: &mut Zero, raw_ue: [f32; 3], ticks: u32) {
@@ -347,11 +367,12 @@ mod tests {
 
     /// A tare with the strain, pressure and state of each tick.
     fn tare(zero: &mut Zero, make: impl Fn(u16) -> ([f32; 3], f32, bool)) -> TareResult {
-        zero.start_tare();
         (0..2 * TARE_TICKS)
             .find_map(|at| {
                 let (raw, kpa, idle) = make(at);
-                tick(zero, raw, kpa, idle)
+                let report = step(zero, raw, kpa, idle, at == 0);
+                assert_eq!(report.taring, report.tare.is_none());
+                report.tare
             })
             .expect("a tare ends")
     }

@@ -174,6 +174,7 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
         seed: args.seed,
         // The digital input knows no other.
         pressure_kpa: Settings::for_finger(&FrontEnd::REFERENCE, &FINGER)
+            .grip
             .grip_pressure_kpa
             .into(),
     };

@@ -1,8 +1,8 @@
 //! Residuals of one tick, as shares of a reference: of all fingers, of the emptiest, of the others.
 
-use crate::FINGERS;
 use crate::estimate::Contact;
 use crate::math::larger;
+use crate::units::FINGERS;
 
 /// A finger that carries less than this share of the strongest one's residual is not part of the grip.
 const CARRYING: f32 = 0.2;

@@ -1,6 +1,7 @@
 //! A slip: the level's way from where it was held last.
 
-use super::CALM;
+use super::level::Level;
+use super::plateau::CALM;
 use crate::math::root;
 
 /// A slip must last this long: longer than noise, shorter than the 20 ms from 5 to 15 mm of a fast slide.
@@ -34,12 +35,12 @@ impl Slip {
         settled_ticks: 0,
     };
 
-    /// Whether the level, with noise of this variance, is off by more than the limit, and has been for long
-    /// enough. `sag` is what it may have lost to a lower pressure.
-    pub fn step(&mut self, level: f32, variance: f32, limit: f32, sag: f32) -> bool {
-        let off = level - self.from;
+    /// Whether the level is off by more than the limit, and has been for long enough. `sag` is what it may
+    /// have lost to a lower pressure.
+    pub fn step(&mut self, level: &Level, limit: f32, sag: f32) -> bool {
+        let off = level.value - self.from;
         let limit = match off.abs() > limit {
-            true => limit + SLIP_SIGMAS * root(variance),
+            true => limit + SLIP_SIGMAS * root(level.variance),
             false => limit,
         };
         let rises = off > limit;
@@ -55,16 +56,16 @@ impl Slip {
         } else if off.abs() < CALM {
             self.slipping = false;
         }
-        if (level - self.settled).abs() < CALM {
+        if (level.value - self.settled).abs() < CALM {
             self.settled_ticks = self.settled_ticks.saturating_add(1);
         } else {
-            self.settled = level;
+            self.settled = level.value;
             self.settled_ticks = 0;
         }
         if self.slipping && self.settled_ticks >= SLIP_OVER_TICKS {
             self.slipping = false;
             self.ticks = 0;
-            self.from = level;
+            self.from = level.value;
         }
         self.slipping
     }

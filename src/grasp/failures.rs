@@ -1,11 +1,10 @@
 //! What makes going on unsafe, and the safe state that it leads to.
 
-use super::{Purpose, Situation, State, Supervisor};
+use super::{Active, OnFault, Purpose, Situation, State, Supervisor};
+use crate::air::Air;
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::event::{Event, Events};
 use crate::fault::{Fault, SafeOutput};
-use crate::regulate::Air;
-use crate::settings::{Active, OnFault};
 use crate::units::{Instant, Kilopascals};
 
 /// Measured pressure may exceed the limit by this before it is a fault: 2.5 % of full scale.
@@ -67,7 +66,7 @@ impl Supervisor {
         if self.supply_ticks >= SUPPLY_TICKS && now.micros() > POWER_UP_US {
             return Some(Fault::SupplyLow);
         }
-        if situation.deviating_us >= active.not_following_us {
+        if situation.air.deviating_us >= active.not_following_us {
             return Some(Fault::NotFollowing);
         }
         let silent_us = self.heard.map_or(0, |heard| now.micros_since(heard));
@@ -88,7 +87,7 @@ impl Supervisor {
     pub(super) fn enter_fault(
         &mut self,
         fault: Fault,
-        air: Air,
+        air: &Air,
         active: &Active,
         events: &mut Events,
     ) {
@@ -173,12 +172,13 @@ impl Supervisor {
 
 /// The pressure that a fault which holds keeps: the one that is there, where it is on its way to another.
 /// Never more than the commands account for.
-fn held_pressure(state: &State, air: Air) -> Kilopascals {
+fn held_pressure(state: &State, air: &Air) -> Kilopascals {
     let target = state.target();
     match state {
         State::Closing { .. } => {
-            let measured = air.measured.unwrap_or(air.expected);
-            Kilopascals(measured.0.min(air.expected.0.max(target.0)).max(0.0))
+            let expected = air.expected.unwrap_or_default();
+            let measured = air.measured.unwrap_or(expected);
+            Kilopascals(measured.0.min(expected.0.max(target.0)).max(0.0))
         }
         State::Idle
         | State::Holding { .. }
@@ -194,7 +194,7 @@ fn remaining(fault: Fault, cause: Option<Fault>, situation: &Situation) -> Optio
         return Some(fault);
     }
     let pressure_is_off =
-        matches!(fault, Fault::NotFollowing | Fault::AirLoss) && situation.deviating_us > 0;
+        matches!(fault, Fault::NotFollowing | Fault::AirLoss) && situation.air.deviating_us > 0;
     cause.or(pressure_is_off.then_some(fault))
 }
 

@@ -1,16 +1,14 @@
 //! Commands → answers. Commands are streams: drivers rewrite the last one up to 100 times a second, PLCs
 //! pulse inputs twice, people acknowledge again and again.
 
-use super::{Purpose, Situation, State, Supervisor};
-use crate::FINGERS;
+use super::{Active, Purpose, Situation, State, Supervisor};
 use crate::command::{Answer, Command, Grip, Refusal};
 use crate::condition::{Gauge, Reading};
 use crate::estimate::Contact;
 use crate::event::{Event, Events};
 use crate::fault::Fault;
-use crate::settings::Active;
 use crate::table::{FingerTable, Range};
-use crate::units::{Instant, Kilopascals};
+use crate::units::{FINGERS, Instant, Kilopascals};
 
 /// A command that comes again within this time, with no other in between, is the same command: drivers
 /// rewrite it up to 100 times a second, and the slowest that are known do once in half a second.
@@ -20,14 +18,6 @@ const REPEAT_US: u64 = 1_000_000;
 const REPEATED_ACKNOWLEDGEMENT_US: u64 = 300_000;
 /// Set-points this close are the same: a quarter of the regulator's repeatability of ±1 % of 200 kPa.
 const SAME_KPA: f32 = 0.5;
-
-/// A command that may come again.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Asked {
-    command: Command,
-    last: Instant,
-    answer: Answer,
-}
 
 impl Supervisor {
     /// Carries a command out, unless it is the last one come again.
@@ -40,14 +30,14 @@ impl Supervisor {
         active: &Active,
         events: &mut Events,
     ) -> Answer {
-        let asked = self.asked.filter(|asked| asked.command.is_same(&command));
-        if let Some(asked) = asked
-            && now.micros_since(asked.last) < REPEAT_US
+        let asked = self.asked.filter(|(asked, ..)| asked.is_same(&command));
+        if let Some((_, last, answer)) = asked
+            && now.micros_since(last) < REPEAT_US
             && command != Command::Stop
         {
-            self.asked = Some(Asked { last: now, ..asked });
-            return match asked.answer {
-                Answer::Refused(_) => asked.answer,
+            self.asked = Some((command, now, answer));
+            return match answer {
+                Answer::Refused(_) => answer,
                 Answer::Accepted | Answer::Unchanged => Answer::Unchanged,
             };
         }
@@ -63,7 +53,7 @@ impl Supervisor {
                 self.enter_fault(Fault::Stopped, situation.air, active, events);
                 Answer::Accepted
             }
-            Command::Tare if situation.taring => Answer::Unchanged,
+            Command::Tare if situation.zero.taring => Answer::Unchanged,
             Command::Tare if self.state == State::Idle => Answer::Accepted,
             Command::Tare => Answer::Refused(Refusal::NotIdle),
             Command::Continue | Command::Alive | Command::Motion(_) | Command::Acknowledge => {
@@ -73,11 +63,7 @@ impl Supervisor {
         if let Answer::Refused(refusal) = answer {
             events.add(Event::Refused(refusal));
         }
-        self.asked = Some(Asked {
-            command,
-            last: now,
-            answer,
-        });
+        self.asked = Some((command, now, answer));
         answer
     }
 
@@ -168,9 +154,7 @@ impl Supervisor {
         if repeated {
             return Answer::Unchanged;
         }
-        let failed = reading
-            .gauges
-            .map(|gauge| matches!(gauge, Gauge::Failed(_)));
+        let failed = reading.gauges.map(Gauge::has_failed);
         let gauges = failed.contains(&true) || self.failed != failed;
         if latched.is_some() || gauges || self.lost.take().is_some() {
             // From here on the robot's last command is a new one.
@@ -206,7 +190,9 @@ impl Supervisor {
                 }
                 _ => Err(Refusal::BendOutOfRange),
             },
-            Grip::Payload(payload) => payload.pressure(table, active),
+            Grip::Payload(payload) => {
+                payload.pressure(table, active.lift_margin, active.max_pressure)
+            }
         }
     }
 }

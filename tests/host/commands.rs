@@ -1,7 +1,7 @@
 //! Commands as robots really send them: repeated, pulsed twice, acknowledged all the time, in the middle
 //! of something else.
 
-use crate::mock::{GaugeState, MockBoard};
+use crate::mock::{GaugeState, MockBoard, adjusted};
 use softgrip::command::{Refusal, TareFault};
 use softgrip::fault::Fault;
 use softgrip::grasp::State;
@@ -39,10 +39,7 @@ fn run_with(board: &mut MockBoard, command: Command, every: u64, ms: u64) {
 }
 
 fn holding_with(on_fault: OnFault) -> MockBoard {
-    MockBoard::holding(Settings {
-        on_fault,
-        ..Settings::default()
-    })
+    MockBoard::holding(adjusted(|s| s.grip.on_fault = on_fault))
 }
 
 #[test]
@@ -258,10 +255,7 @@ fn a_release_does_not_let_go_of_what_a_stop_holds() {
 #[test]
 fn a_stop_while_closing_keeps_the_pressure_that_is_there() {
     for ms in [50, 100, 150, 200, 250, 300, 400] {
-        let mut board = MockBoard::new(Settings {
-            on_fault: OnFault::Hold,
-            ..Settings::default()
-        });
+        let mut board = MockBoard::new(adjusted(|s| s.grip.on_fault = OnFault::Hold));
         board.step(GRIP);
         board.run(ms);
         let there = board.pressure_kpa;

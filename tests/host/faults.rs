@@ -1,7 +1,7 @@
 //! Every fault in every state: how soon it is seen, what is latched, what the output does, what
 //! clears it, and that none of them is ever taken for a lost object.
 
-use crate::mock::{GaugeState, MockBoard};
+use crate::mock::{GaugeState, MockBoard, adjusted};
 use softgrip::fault::{Fault, RULES, Rule, SafeOutput};
 use softgrip::frontend::FrontEnd;
 use softgrip::grasp::State;
@@ -35,11 +35,10 @@ const GRIP: Command = Command::Grip(Grip::Pressure(Kilopascals(140.0)));
 
 /// A board whose host speaks, in a state.
 fn board_in(place: Place, on_fault: OnFault) -> MockBoard {
-    let mut board = MockBoard::new(Settings {
-        on_fault,
-        host_timeout_ms: 200.0,
-        ..Settings::default()
-    });
+    let mut board = MockBoard::new(adjusted(|s| {
+        s.grip.on_fault = on_fault;
+        s.grip.host_timeout_ms = 200.0;
+    }));
     alive(&mut board, 1_100);
     board.grip = [if place == Place::Empty { 0.0 } else { 1.0 }; 3];
     if place != Place::Idle {

@@ -256,3 +256,10 @@ impl MockBoard {
         self.random as f32 / u32::MAX as f32 * 2.0 - 1.0
     }
 }
+
+/// The default settings, with a change.
+pub fn adjusted(change: impl FnOnce(&mut Settings)) -> Settings {
+    let mut settings = Settings::default();
+    change(&mut settings);
+    settings
+}

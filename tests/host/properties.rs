@@ -1,6 +1,6 @@
 //! What must hold for any commands and any readings at all.
 
-use crate::mock::MockBoard;
+use crate::mock::{MockBoard, adjusted};
 use proptest::prelude::*;
 use softgrip::command::Motion;
 use softgrip::frontend::FrontEnd;
@@ -53,12 +53,13 @@ fn any_settings() -> impl Strategy<Value = Settings> {
         prop_oneof![Just(OnLoss::Hold), Just(OnLoss::Vent), Just(OnLoss::Regrip)],
         prop_oneof![Just(0.0f32), Just(300.0)],
     )
-        .prop_map(|(hold, on_loss, host_timeout_ms)| Settings {
-            max_pressure_kpa: 150.0,
-            on_fault: if hold { OnFault::Hold } else { OnFault::Vent },
-            on_loss,
-            host_timeout_ms,
-            ..Settings::default()
+        .prop_map(|(hold, on_loss, host_timeout_ms)| {
+            adjusted(|s| {
+                s.regulator.max_pressure_kpa = 150.0;
+                s.grip.on_fault = if hold { OnFault::Hold } else { OnFault::Vent };
+                s.grip.on_loss = on_loss;
+                s.grip.host_timeout_ms = host_timeout_ms;
+            })
         })
 }
 

@@ -1,7 +1,7 @@
 //! A command that is repeated is the same command: drivers rewrite it every 10 ms, programmable controllers
 //! pulse their outputs, people press twice.
 
-use crate::mock::{GaugeState, MockBoard};
+use crate::mock::{GaugeState, MockBoard, adjusted};
 use crate::torture::plant::{Happening, Plant};
 use proptest::prelude::*;
 use softgrip::settings::{OnFault, OnLoss, Settings};
@@ -64,10 +64,11 @@ fn any_happening() -> impl Strategy<Value = Happening> {
 
 fn any_settings() -> impl Strategy<Value = Settings> {
     let on_loss = prop_oneof![Just(OnLoss::Hold), Just(OnLoss::Vent), Just(OnLoss::Regrip)];
-    (any::<bool>(), on_loss).prop_map(|(hold, on_loss)| Settings {
-        on_fault: if hold { OnFault::Hold } else { OnFault::Vent },
-        on_loss,
-        ..Settings::default()
+    (any::<bool>(), on_loss).prop_map(|(hold, on_loss)| {
+        adjusted(|s| {
+            s.grip.on_fault = if hold { OnFault::Hold } else { OnFault::Vent };
+            s.grip.on_loss = on_loss;
+        })
     })
 }
 

@@ -1,6 +1,6 @@
 //! What the controller must do on a mocked board; every test is named after the behaviour it pins.
 
-use crate::mock::{GaugeState, MockBoard};
+use crate::mock::{GaugeState, MockBoard, adjusted};
 use softgrip::command::{Payload, Refusal};
 use softgrip::detect::LossCause;
 use softgrip::fault::Fault;
@@ -109,10 +109,7 @@ fn a_latched_loss_says_when_how_and_by_which_fingers() {
 #[test]
 fn on_a_loss_the_fingers_stay_or_open_as_the_settings_say() {
     for (on_loss, kpa) in [(OnLoss::Hold, 140.0), (OnLoss::Vent, 0.0)] {
-        let mut board = MockBoard::holding(Settings {
-            on_loss,
-            ..Settings::default()
-        });
+        let mut board = MockBoard::holding(adjusted(|s| s.grip.on_loss = on_loss));
         board.drop_object();
         board.grip = [0.0; 3];
         board.run(2_000);
@@ -124,11 +121,10 @@ fn on_a_loss_the_fingers_stay_or_open_as_the_settings_say() {
 
 #[test]
 fn a_regrip_closes_harder_once_and_says_whether_something_is_there() {
-    let settings = Settings {
-        on_loss: OnLoss::Regrip,
-        regrip_raise_kpa: 15.0,
-        ..Settings::default()
-    };
+    let settings = adjusted(|s| {
+        s.grip.on_loss = OnLoss::Regrip;
+        s.grip.regrip_raise_kpa = 15.0;
+    });
     let mut board = MockBoard::holding(settings);
     let fall = |board: &mut MockBoard| {
         board.drop_object();
@@ -163,9 +159,10 @@ fn a_regrip_closes_harder_once_and_says_whether_something_is_there() {
     assert_eq!(board.count(|event| *event == Event::Empty), 1);
 
     // Never above the limit.
-    let mut board = MockBoard::holding(Settings {
-        max_pressure_kpa: 150.0,
-        ..settings
+    let mut board = MockBoard::holding({
+        let mut settings = settings;
+        settings.regulator.max_pressure_kpa = 150.0;
+        settings
     });
     fall(&mut board);
     board.run(2_000);
@@ -201,10 +198,7 @@ fn a_host_that_falls_silent_is_a_fault_and_without_a_timeout_it_may() {
     board.run(5_000);
     assert!(board.events.is_empty(), "{:?}", board.events);
 
-    let mut board = MockBoard::new(Settings {
-        host_timeout_ms: 50.0,
-        ..Settings::default()
-    });
+    let mut board = MockBoard::new(adjusted(|s| s.grip.host_timeout_ms = 50.0));
     for _ in 0..500 {
         board.step(Command::Alive);
     }
@@ -279,10 +273,7 @@ fn a_supply_that_falls_short_by_less_than_a_fault_still_grips_and_still_tells_a_
 
 #[test]
 fn over_pressure_vents_in_the_same_tick_even_where_faults_hold() {
-    let mut board = MockBoard::holding(Settings {
-        on_fault: OnFault::Hold,
-        ..Settings::default()
-    });
+    let mut board = MockBoard::holding(adjusted(|s| s.grip.on_fault = OnFault::Hold));
     board.pressure_kpa = 180.0;
     let outputs = board.step(Command::Continue);
     assert_eq!(outputs.dac.0, 0);
@@ -292,10 +283,7 @@ fn over_pressure_vents_in_the_same_tick_even_where_faults_hold() {
 #[test]
 fn stop_acts_in_its_tick_and_does_what_the_settings_say() {
     for (on_fault, vents) in [(OnFault::Vent, true), (OnFault::Hold, false)] {
-        let mut board = MockBoard::holding(Settings {
-            on_fault,
-            ..Settings::default()
-        });
+        let mut board = MockBoard::holding(adjusted(|s| s.grip.on_fault = on_fault));
         let outputs = board.step(Command::Stop);
         assert_eq!(outputs.dac.0 == 0, vents, "{on_fault:?}");
         board.run(1_000);
@@ -311,10 +299,7 @@ fn stop_acts_in_its_tick_and_does_what_the_settings_say() {
 
 #[test]
 fn acknowledging_a_fault_does_not_drop_what_is_held() {
-    let mut board = MockBoard::holding(Settings {
-        on_fault: OnFault::Hold,
-        ..Settings::default()
-    });
+    let mut board = MockBoard::holding(adjusted(|s| s.grip.on_fault = OnFault::Hold));
     board.step(Command::Stop);
     board.run(500);
     board.step(Command::Acknowledge);

@@ -55,7 +55,7 @@ const RESERVED: [(&str, &[&str]); 8] = [
 ];
 
 /// Files that still use each other, by package. An entry that is over must go.
-const KNOWN: [(&str, &[&str]); 3] = [
+const KNOWN: [(&str, &[&str]); 2] = [
     (
         "finger",
         &[
@@ -69,28 +69,6 @@ const KNOWN: [(&str, &[&str]); 3] = [
             "src/ogden.rs",
             "src/recipe.rs",
             "src/table.rs",
-        ],
-    ),
-    (
-        "softgrip",
-        &[
-            "src/lib.rs",
-            "src/command.rs",
-            "src/condition.rs",
-            "src/controller.rs",
-            "src/detect.rs",
-            "src/detect/shares.rs",
-            "src/detect/slip.rs",
-            "src/estimate.rs",
-            "src/event.rs",
-            "src/grasp.rs",
-            "src/grasp/obey.rs",
-            "src/interlock.rs",
-            "src/math.rs",
-            "src/regulate.rs",
-            "src/settings.rs",
-            "src/telemetry.rs",
-            "src/zero.rs",
         ],
     ),
     ("softgrip-studies", &["src/fit.rs", "src/fit/text.rs"]),

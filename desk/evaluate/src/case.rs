@@ -301,10 +301,8 @@ impl Case {
         table: &'static FingerTable,
         settings: &Settings,
     ) -> anyhow::Result<Controller> {
-        let settings = Settings {
-            free_bend_gain: self.free_bend_gain.map(|gain| gain as f32),
-            ..*settings
-        };
+        let mut settings = *settings;
+        settings.finger.free_bend_gain = self.free_bend_gain.map(|gain| gain as f32);
         run::controller(table, &settings)
     }
 }

@@ -85,7 +85,7 @@ fn judge_all(
 }
 
 /// A case and its recording, simulated or found.
-fn prepare(
+pub(crate) fn prepare(
     base: &Setup,
     options: &Options,
     knowledge: Knowledge,

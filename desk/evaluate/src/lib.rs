@@ -37,6 +37,8 @@ pub mod tally;
 mod workload;
 
 pub mod evaluation;
+pub mod limits;
+mod reach;
 pub mod statistics;
 pub mod summary;
 

@@ -140,17 +140,36 @@ impl Recording {
         &self,
         case: &Case,
         noise_ue: f64,
-        mut controller: Controller,
+        controller: Controller,
         mut look: impl FnMut(usize, &Tick, &Outputs) -> ControlFlow<()>,
+    ) {
+        let as_it_is = |frame| frame;
+        self.replay_seen(
+            case,
+            noise_ue,
+            controller,
+            as_it_is,
+            |tick, truth, outputs, _| look(tick, truth, outputs),
+        );
+    }
+
+    /// The same; the controller gets what `seen` makes of each frame, and `look` sees it, too.
+    pub fn replay_seen(
+        &self,
+        case: &Case,
+        noise_ue: f64,
+        mut controller: Controller,
+        seen: impl Fn(RawFrame) -> RawFrame,
+        mut look: impl FnMut(usize, &Tick, &Outputs, &Controller) -> ControlFlow<()>,
     ) {
         let mut measure = Measure::new(case, noise_ue);
         for (n, truth) in self.ticks.iter().enumerate() {
             let tick = n + 1;
-            let frame = measure.frame(tick, truth);
+            let frame = seen(measure.frame(tick, truth));
             let command = self.command(tick, case.setup.scenario.pressure_kpa);
             let now = Instant::from_micros(TICK_US * tick as u64);
             let outputs = controller.step(now, &frame, command);
-            if look(tick, truth, &outputs).is_break() {
+            if look(tick, truth, &outputs, &controller).is_break() {
                 break;
             }
         }

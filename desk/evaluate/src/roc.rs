@@ -32,11 +32,10 @@ pub struct Race {
 
 /// The settings with other evidence.
 pub fn with_evidence(settings: &Settings, factor: f32) -> Settings {
-    let loss_evidence_percent_ms = (factor * settings.loss_evidence_percent_ms).max(1.0);
-    Settings {
-        loss_evidence_percent_ms,
-        ..*settings
-    }
+    let mut settings = *settings;
+    let evidence = &mut settings.detection.loss_evidence_percent_ms;
+    *evidence = (factor * *evidence).max(1.0);
+    settings
 }
 
 impl Race {

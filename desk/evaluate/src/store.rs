@@ -116,10 +116,8 @@ mod tests {
             Case::draw(&setup, setup.table(), 1, Knowledge::Calibrated, 1)
         };
         let settings = Settings::default();
-        let slower = Settings {
-            slew_kpa_per_s: settings.slew_kpa_per_s / 2.0,
-            ..settings
-        };
+        let mut slower = settings;
+        slower.regulator.slew_kpa_per_s /= 2.0;
         let usual = case("rtv225.toml", |_| ());
         let names = [
             name(PHYSICS, &usual, &settings, 20.0),

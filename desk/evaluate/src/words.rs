@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::case::Case;
+use crate::limits::Measured;
 use crate::options::NOISE_UE;
 use crate::tally::Tally;
 use crate::trial::{Report, Trial, Verdict};
@@ -122,4 +123,22 @@ fn parameters(case: &Case) -> String {
         );
     }
     text
+}
+
+/// Limits as measured: what held objects reached, the line, and what lost ones reached.
+pub fn limits(measured: &[Measured]) -> String {
+    let mut out = String::new();
+    for Measured { situation, rows } in measured {
+        // Writing to a String cannot fail.
+        let _ = writeln!(out, "{}", situation.name());
+        for row in rows {
+            let lost = row.lost.map_or("-".into(), |lost| format!("{lost:.3}"));
+            let _ = writeln!(
+                out,
+                "  {:24} held {:7.3}   limit {:6.3}   lost {lost:>7} {:5}   of {} losses",
+                row.sign, row.held, row.limit, row.unit, row.losses
+            );
+        }
+    }
+    out
 }

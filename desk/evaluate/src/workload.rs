@@ -15,6 +15,7 @@ use crate::case::generator;
 use crate::cycle::{Activity, Motion, motion};
 use crate::identified_model::IdentifiedModel;
 use crate::options::Options;
+use crate::reach::{Reach, Situation};
 use crate::surrogate::{Gauge, Surrogate};
 use crate::tally::{Alarm, Tally};
 
@@ -66,6 +67,8 @@ pub struct Workload<'a> {
     /// Only where they are compared with the controller.
     pub baselines: Option<Baselines>,
     greatest: [f32; RULES],
+    /// Only where the limits are measured.
+    reach: Option<(Situation, Reach)>,
     tally: Tally,
     block: u64,
 }
@@ -130,6 +133,7 @@ impl<'a> Workload<'a> {
             bad: None,
             baselines: None,
             greatest: NO_SCORE,
+            reach: None,
             tally: Tally::none(block.noise_ue),
             block: block.index,
         })
@@ -145,6 +149,25 @@ impl<'a> Workload<'a> {
             }
         }
         self.tally
+    }
+
+    /// Goes through the block with nothing but these activities, and gives what held objects reached.
+    pub fn reach(mut self, situation: Situation, activities: &[Activity]) -> Reach {
+        self.reach = Some((situation, Reach::NONE));
+        while self.tick < self.end {
+            let mut held = self.grip();
+            for _ in 0..self.rng.random_range(4..=20) {
+                if held == End::Broken {
+                    break;
+                }
+                let activity = activities[self.rng.random_range(0..activities.len())];
+                let (motion, time_s) = motion(activity, &mut self.rng);
+                let said = Command::Motion(situation.motion());
+                held = self.run(activity, time_s, motion, said);
+            }
+            self.release();
+        }
+        self.reach.map_or(Reach::NONE, |(_, reach)| reach)
     }
 
     /// Grip, be busy, let go; now and then close on nothing.
@@ -298,10 +321,16 @@ impl<'a> Workload<'a> {
             let (amplitude, phase) = self.ripple;
             let ripple_kpa = amplitude * (phase * self.tick as f64).sin();
             let acceleration = motion.at(n as f64 * TICK_S);
-            let frame = self.surrogate.step(self.dac, acceleration, ripple_kpa);
+            let mut frame = self.surrogate.step(self.dac, acceleration, ripple_kpa);
+            if let Some((situation, _)) = self.reach {
+                frame = situation.frame(frame);
+            }
             let now = Instant::from_micros(TICK_US * self.tick);
             let outputs = self.controller.step(now, &frame, command);
             self.dac = outputs.dac;
+            if let (Some((_, reach)), Some(signs)) = (&mut self.reach, self.controller.signs()) {
+                reach.take(&signs);
+            }
             if let Some(baselines) = &mut self.baselines {
                 let seen = outputs.snapshot;
                 let scores = baselines.step(&seen.residual, seen.state.is_holding());

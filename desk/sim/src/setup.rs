@@ -121,7 +121,7 @@ impl Setup {
         let settings = Settings::for_finger(&FrontEnd::REFERENCE, table);
         Ok(Self {
             scenario: Scenario {
-                pressure_kpa: settings.grip_pressure_kpa.into(),
+                pressure_kpa: settings.grip.grip_pressure_kpa.into(),
                 ..Scenario::default()
             },
             gripper: Gripper::reference(),
@@ -216,12 +216,10 @@ impl Setup {
         for stiffness in &mut chain.joint_stiffness_nm_per_rad {
             *stiffness *= self.stiffness_factor;
         }
-        let settings = Settings {
-            free_bend_gain: [(1.0 / self.stiffness_factor) as f32; 3],
-            // The simulated robot speaks in every tick.
-            host_timeout_ms: 1_000.0,
-            ..self.settings()
-        };
+        let mut settings = self.settings();
+        settings.finger.free_bend_gain = [(1.0 / self.stiffness_factor) as f32; 3];
+        // The simulated robot speaks in every tick.
+        settings.grip.host_timeout_ms = 1_000.0;
         let controller = run::controller(self.table, &settings)?;
         Ok(run::run(
             &self.scenario,

@@ -73,7 +73,7 @@ pub fn sequence(rng: &mut Rng, season: &Season) -> Sequence {
 }
 
 fn add_command(rng: &mut Rng, sequence: &mut Sequence, season: &Season) {
-    let command = command(rng, season.settings.max_pressure_kpa);
+    let command = command(rng, season.settings.regulator.max_pressure_kpa);
     let mut at = rng.u32(..sequence.ticks);
     sequence.actions.push((at, Action::Say(command)));
     // Drivers repeat themselves, operators press twice.
@@ -84,7 +84,7 @@ fn add_command(rng: &mut Rng, sequence: &mut Sequence, season: &Season) {
             sequence.actions.push((at, Action::Say(command)));
         }
     }
-    if season.settings.host_timeout_ms > 0.0 && rng.u8(..8) == 0 {
+    if season.settings.grip.host_timeout_ms > 0.0 && rng.u8(..8) == 0 {
         let ticks = rng.u16(50..700);
         sequence.actions.push((at, Action::Silence(ticks)));
     }

@@ -25,28 +25,28 @@ type Field = (&'static str, f32, f32, fn(&mut Settings) -> &mut f32);
 /// Every number of the settings; the grip's pressure comes last, for its limit is another one.
 #[rustfmt::skip]
 const FIELDS: [Field; 22] = [
-    ("max_pressure_kpa", 1.0, 160.0, |s| &mut s.max_pressure_kpa),
-    ("regrip_raise_kpa", 0.0, 160.0, |s| &mut s.regrip_raise_kpa),
-    ("host_timeout_ms", 0.0, 60_000.0, |s| &mut s.host_timeout_ms),
-    ("slew_kpa_per_s", 1.0, 10_000.0, |s| &mut s.slew_kpa_per_s),
-    ("regulator_lag_ms", 1.0, 1_000.0, |s| &mut s.regulator_lag_ms),
-    ("inflation_lag_ms", 1.0, 1_000.0, |s| &mut s.inflation_lag_ms),
-    ("bending_hz", 0.1, 50.0, |s| &mut s.bending_hz),
-    ("bending_damping", 0.1, 2.0, |s| &mut s.bending_damping),
-    ("free_bend_gain[0]", 0.5, 2.0, |s| &mut s.free_bend_gain[0]),
-    ("free_bend_gain[1]", 0.5, 2.0, |s| &mut s.free_bend_gain[1]),
-    ("free_bend_gain[2]", 0.5, 2.0, |s| &mut s.free_bend_gain[2]),
-    ("contact_ue", 1.0, 20_000.0, |s| &mut s.contact_ue),
-    ("contact_percent", 0.0, 50.0, |s| &mut s.contact_percent),
-    ("settle_ms", 0.0, 10_000.0, |s| &mut s.settle_ms),
-    ("loss_allowance_percent", 1.0, 50.0, |s| &mut s.loss_allowance_percent),
-    ("loss_evidence_percent_ms", 1.0, 10_000.0, |s| &mut s.loss_evidence_percent_ms),
-    ("slip_percent", 1.0, 50.0, |s| &mut s.slip_percent),
-    ("air_loss_kpa", 1.0, 100.0, |s| &mut s.air_loss_kpa),
-    ("not_following_ms", 10.0, 10_000.0, |s| &mut s.not_following_ms),
-    ("supply_min_v", 0.0, 30.0, |s| &mut s.supply_min_v),
-    ("lift_margin_percent", 0.0, 1_000.0, |s| &mut s.lift_margin_percent),
-    ("grip_pressure_kpa", 1.0, 160.0, |s| &mut s.grip_pressure_kpa),
+    ("max_pressure_kpa", 1.0, 160.0, |s| &mut s.regulator.max_pressure_kpa),
+    ("regrip_raise_kpa", 0.0, 160.0, |s| &mut s.grip.regrip_raise_kpa),
+    ("host_timeout_ms", 0.0, 60_000.0, |s| &mut s.grip.host_timeout_ms),
+    ("slew_kpa_per_s", 1.0, 10_000.0, |s| &mut s.regulator.slew_kpa_per_s),
+    ("regulator_lag_ms", 1.0, 1_000.0, |s| &mut s.air.regulator_lag_ms),
+    ("inflation_lag_ms", 1.0, 1_000.0, |s| &mut s.finger.inflation_lag_ms),
+    ("bending_hz", 0.1, 50.0, |s| &mut s.finger.bending_hz),
+    ("bending_damping", 0.1, 2.0, |s| &mut s.finger.bending_damping),
+    ("free_bend_gain[0]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[0]),
+    ("free_bend_gain[1]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[1]),
+    ("free_bend_gain[2]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[2]),
+    ("contact_ue", 1.0, 20_000.0, |s| &mut s.finger.contact_ue),
+    ("contact_percent", 0.0, 50.0, |s| &mut s.finger.contact_percent),
+    ("settle_ms", 0.0, 10_000.0, |s| &mut s.grip.settle_ms),
+    ("loss_allowance_percent", 1.0, 50.0, |s| &mut s.detection.loss_allowance_percent),
+    ("loss_evidence_percent_ms", 1.0, 10_000.0, |s| &mut s.detection.loss_evidence_percent_ms),
+    ("slip_percent", 1.0, 50.0, |s| &mut s.detection.slip_percent),
+    ("air_loss_kpa", 1.0, 100.0, |s| &mut s.detection.air_loss_kpa),
+    ("not_following_ms", 10.0, 10_000.0, |s| &mut s.grip.not_following_ms),
+    ("supply_min_v", 0.0, 30.0, |s| &mut s.grip.supply_min_v),
+    ("lift_margin_percent", 0.0, 1_000.0, |s| &mut s.grip.lift_margin_percent),
+    ("grip_pressure_kpa", 1.0, 160.0, |s| &mut s.grip.grip_pressure_kpa),
 ];
 
 /// Lives that share a season.
@@ -54,15 +54,13 @@ const LIVES_PER_SEASON: u64 = 64;
 
 /// Valid settings over their whole ranges, their ends most of all.
 pub fn any_settings(rng: &mut Rng) -> Settings {
-    let mut settings = Settings {
-        gauge_sense: pick(rng, &[GaugeSense::Bend, GaugeSense::Contact]),
-        on_fault: pick(rng, &[OnFault::Hold, OnFault::Vent]),
-        on_loss: pick(rng, &[OnLoss::Hold, OnLoss::Vent, OnLoss::Regrip]),
-        ..Settings::default()
-    };
+    let mut settings = Settings::default();
+    settings.finger.gauge_sense = pick(rng, &[GaugeSense::Bend, GaugeSense::Contact]);
+    settings.grip.on_fault = pick(rng, &[OnFault::Hold, OnFault::Vent]);
+    settings.grip.on_loss = pick(rng, &[OnLoss::Hold, OnLoss::Vent, OnLoss::Regrip]);
     for (name, min, max, field) in FIELDS {
         let max = match name {
-            "grip_pressure_kpa" => settings.max_pressure_kpa,
+            "grip_pressure_kpa" => settings.regulator.max_pressure_kpa,
             _ => max,
         };
         let value = field(&mut settings);
@@ -83,7 +81,7 @@ pub fn wrong_settings(rng: &mut Rng) -> (Settings, &'static str) {
     let mut settings = any_settings(rng);
     let (name, min, max, field) = FIELDS[rng.usize(..FIELDS.len())];
     let max = match name {
-        "grip_pressure_kpa" => settings.max_pressure_kpa,
+        "grip_pressure_kpa" => settings.regulator.max_pressure_kpa,
         _ => max,
     };
     *field(&mut settings) = match rng.u8(..6) {

@@ -46,8 +46,8 @@ pub struct Limits {
 impl Limits {
     pub fn new(settings: &Settings, fault: Option<Fault>) -> Self {
         Self {
-            max_kpa: settings.max_pressure_kpa,
-            slew_kpa: settings.slew_kpa_per_s * 1e-3,
+            max_kpa: settings.regulator.max_pressure_kpa,
+            slew_kpa: settings.regulator.slew_kpa_per_s * 1e-3,
             dac_kpa: 0.0,
             measured_kpa: 0.0,
             fault,

@@ -53,22 +53,20 @@ impl Season {
         let slew_kpa_per_s = pick(&mut rng, &[200.0, 400.0, 400.0, 1_000.0]);
         // Most users measure the lag of their regulator.
         let regulator_lag_ms = match rng.u8(..4) {
-            0 => Settings::default().regulator_lag_ms,
+            0 => Settings::default().air.regulator_lag_ms,
             _ => hose_lag_ms * between(&mut rng, 0.97, 1.03),
         };
-        let settings = Settings {
-            grip_pressure_kpa: between(&mut rng, 100.0, 145.0),
-            max_pressure_kpa: between(&mut rng, 150.0, 160.0),
-            slew_kpa_per_s,
-            regulator_lag_ms,
-            settle_ms: pick(&mut rng, &[100.0, 150.0, 150.0, 300.0]),
-            not_following_ms: pick(&mut rng, &[100.0, 300.0, 300.0, 1_000.0]),
-            host_timeout_ms: pick(&mut rng, &[0.0, 0.0, 100.0, 500.0]),
-            on_fault: pick(&mut rng, &[OnFault::Hold, OnFault::Hold, OnFault::Vent]),
-            on_loss: pick(&mut rng, &[OnLoss::Hold, OnLoss::Vent, OnLoss::Regrip]),
-            regrip_raise_kpa: between(&mut rng, 0.0, 30.0),
-            ..Settings::default()
-        };
+        let mut settings = Settings::default();
+        settings.grip.grip_pressure_kpa = between(&mut rng, 100.0, 145.0);
+        settings.regulator.max_pressure_kpa = between(&mut rng, 150.0, 160.0);
+        settings.regulator.slew_kpa_per_s = slew_kpa_per_s;
+        settings.air.regulator_lag_ms = regulator_lag_ms;
+        settings.grip.settle_ms = pick(&mut rng, &[100.0, 150.0, 150.0, 300.0]);
+        settings.grip.not_following_ms = pick(&mut rng, &[100.0, 300.0, 300.0, 1_000.0]);
+        settings.grip.host_timeout_ms = pick(&mut rng, &[0.0, 0.0, 100.0, 500.0]);
+        settings.grip.on_fault = pick(&mut rng, &[OnFault::Hold, OnFault::Hold, OnFault::Vent]);
+        settings.grip.on_loss = pick(&mut rng, &[OnLoss::Hold, OnLoss::Vent, OnLoss::Regrip]);
+        settings.grip.regrip_raise_kpa = between(&mut rng, 0.0, 30.0);
         let noise_ue = match rng.u8(..8) {
             // The quietest that there is: a code that never changes while the pressure does is a stuck gauge.
             0 => 1.0,
@@ -93,14 +91,15 @@ impl Season {
 
     /// Whether the regulator's model is good enough for a grip.
     pub fn is_matched(&self) -> bool {
-        let off_s = (self.hose_lag_ms - self.settings.regulator_lag_ms).abs() * 1e-3;
-        off_s * self.settings.slew_kpa_per_s < MATCHED_KPA
+        let off_s = (self.hose_lag_ms - self.settings.air.regulator_lag_ms).abs() * 1e-3;
+        off_s * self.settings.regulator.slew_kpa_per_s < MATCHED_KPA
     }
 
     /// Time in which a grip at any pressure is judged, ms.
     pub fn grip_ms(&self) -> u32 {
-        let ramp_s = self.settings.max_pressure_kpa / self.settings.slew_kpa_per_s;
-        (1e3 * ramp_s + 5.0 * self.hose_lag_ms + self.settings.settle_ms) as u32 + 600
+        let ramp_s =
+            self.settings.regulator.max_pressure_kpa / self.settings.regulator.slew_kpa_per_s;
+        (1e3 * ramp_s + 5.0 * self.hose_lag_ms + self.settings.grip.settle_ms) as u32 + 600
     }
 
     fn player(&self, start: Start) -> Player {
@@ -111,7 +110,7 @@ impl Season {
             plant: Plant::new(board),
             limits: Limits::new(&self.settings, None),
             promises: Promises::default(),
-            speaks: self.settings.host_timeout_ms > 0.0,
+            speaks: self.settings.grip.host_timeout_ms > 0.0,
             silent_ticks: 0,
         };
         if start != Start::PowerOn {
@@ -137,7 +136,7 @@ impl Season {
         }
         match start {
             Start::Changing => {
-                let other = softgrip::units::Kilopascals(self.settings.max_pressure_kpa);
+                let other = softgrip::units::Kilopascals(self.settings.regulator.max_pressure_kpa);
                 player.warm_up(Command::Grip(Grip::Pressure(other)), 1);
                 player.warm_up(Command::Alive, 50);
             }

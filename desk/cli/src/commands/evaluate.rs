@@ -8,7 +8,7 @@ use clap::Args;
 use evaluate::case::KNOWLEDGE;
 use evaluate::options::Options;
 use evaluate::summary::Summary;
-use evaluate::{evaluation, latency, output, tables, words};
+use evaluate::{alarms, evaluation, latency, limits, output, tables, words};
 use report::files;
 use sim::setup::Setup;
 
@@ -36,6 +36,9 @@ pub struct EvaluateArgs {
     /// Only this run of the losses, with every detail.
     #[arg(long, value_name = "INDEX")]
     only: Option<u64>,
+    /// Only what held objects reach and what lost ones reach of everything that the detector has a limit for.
+    #[arg(long, conflicts_with_all = ["only", "slowest"])]
+    limits: bool,
     /// Noise of the trace that --only writes, µε rms.
     #[arg(long, value_name = "UE", default_value = "20", requires = "only", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
     noise: f64,
@@ -76,6 +79,9 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         }
         return Ok(ExitCode::SUCCESS);
     }
+    if args.limits {
+        return measure_limits(&base, &options, args);
+    }
     let start = Instant::now();
     let bar = progress_bar(evaluation::steps(&options), "losses and seconds");
     let evaluation = in_parallel(args.jobs, || {
@@ -103,5 +109,31 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = out {
         outln!("report: {}/report.html", dir.display());
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measure_limits(
+    base: &Setup,
+    options: &Options,
+    args: &EvaluateArgs,
+) -> anyhow::Result<ExitCode> {
+    let bar = progress_bar(limits::steps(options), "losses and seconds");
+    let measured = in_parallel(args.jobs, || {
+        let models = alarms::models(base)?;
+        limits::measure(base, options, &models, &|steps| bar.inc(steps))
+    })??;
+    bar.finish_and_clear();
+    let text = match args.output.json {
+        true => serde_json::to_string(&measured)? + "\n",
+        false => words::limits(&measured),
+    };
+    if let Some(dir) = args.output.directory()? {
+        files::write(
+            dir,
+            "limits.json",
+            serde_json::to_string(&measured)?.as_bytes(),
+        )?;
+    }
+    out!("{text}");
     Ok(ExitCode::SUCCESS)
 }

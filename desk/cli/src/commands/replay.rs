@@ -59,17 +59,16 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     for note in trace.notes.iter().chain(&odd) {
         output::note(format_args!("{file}: {note}"));
     }
-    let mut settings = Settings {
-        gauge_sense,
-        ..Settings::for_finger(&FrontEnd::REFERENCE, table)
-    };
+    let mut settings = Settings::for_finger(&FrontEnd::REFERENCE, table);
+    settings.finger.gauge_sense = gauge_sense;
     if let Some(slew) = trace.slew_kpa_per_s {
-        settings.slew_kpa_per_s = slew as f32;
+        settings.regulator.slew_kpa_per_s = slew as f32;
     }
     // The command came at any time since the row before, and the pressure leads the model by as much.
     if trace.interval_s > SLOW_S {
-        settings.not_following_ms += SLOW_FOLLOWING_MS;
-        settings.air_loss_kpa += settings.slew_kpa_per_s * trace.interval_s as f32;
+        settings.grip.not_following_ms += SLOW_FOLLOWING_MS;
+        settings.detection.air_loss_kpa +=
+            settings.regulator.slew_kpa_per_s * trace.interval_s as f32;
     }
     let controller = run::controller(table, &settings)?;
     for event in replay::replay(&trace, controller) {

@@ -92,10 +92,11 @@ fn used(name: &Name, tokens: &[String], names: &BTreeSet<Name>) -> BTreeSet<Name
     used
 }
 
-/// The names in `mod name;`.
+/// The names in `mod name;`. Tests in a file of their own do not count either.
 fn declared(tokens: &[String]) -> Vec<String> {
     let modules = tokens.windows(3).filter(|t| t[0] == "mod" && t[2] == ";");
-    modules.map(|t| t[1].clone()).collect()
+    let names = modules.map(|t| t[1].clone());
+    names.filter(|name| name != "tests").collect()
 }
 
 /// Where a module's file is, if a `#[path = "…"]` stands before it.

@@ -223,12 +223,13 @@ fn approach(
     for row in resample(rows) {
         let reading = Reading {
             gauges: [softgrip::condition::Gauge::Missing; 3],
+            noise_variance: [0.0; softgrip::FINGERS],
             monitor: Monitor::Valid(Kilopascals(row.pressure_kpa as f32)),
             supply: None,
             stale_ticks: 0,
             overrun: false,
         };
-        let free = f64::from(estimator.step(&reading, table, &active).free.0);
+        let free = f64::from(estimator.step(&reading, table, active.finger()).free.0);
         if free > FREE_UE.1 {
             break;
         }

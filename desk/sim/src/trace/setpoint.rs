@@ -100,7 +100,7 @@ pub(super) fn understand(rows: &mut [Row]) -> Understood {
     }
     rising.sort_by(f64::total_cmp);
     let slope = rising.get(rising.len() / 2).copied();
-    let usual = f64::from(Settings::default().slew_kpa_per_s);
+    let usual = f64::from(Settings::default().regulator.slew_kpa_per_s);
     let followed = slope.filter(|slope| misfit(rows, *slope) < misfit(rows, usual));
     Understood {
         stepped: false,
@@ -111,7 +111,7 @@ pub(super) fn understand(rows: &mut [Row]) -> Understood {
 
 /// Mean square of the pressure less what a regulator gives that takes the commands with this slew.
 fn misfit(rows: &[Row], slew_kpa_per_s: f64) -> f64 {
-    let lag_s = 1e-3 * f64::from(Settings::default().regulator_lag_ms);
+    let lag_s = 1e-3 * f64::from(Settings::default().air.regulator_lag_ms);
     let (mut setpoint, mut expected) = (rows[0].pressure_kpa, rows[0].pressure_kpa);
     let mut sum = 0.0;
     for pair in rows.windows(2) {

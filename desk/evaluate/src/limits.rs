@@ -1,0 +1,284 @@
+//! What held objects reach and what lost ones reach of everything that the detector has a limit for.
+//!
+//! Held: hours of the workload, and the runs of the sample in which the object stays. Lost: the other runs,
+//! under a controller that never reports, so that the whole collapse is seen.
+
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use sim::scenario::ObjectKind;
+use sim::setup::Setup;
+use softgrip::detect::limits::Limit;
+use softgrip::settings::Settings;
+use softgrip::telemetry::Event;
+
+use crate::case::{Case, Knowledge, Push};
+use crate::identified_model::IdentifiedModel;
+use crate::latency;
+use crate::options::Options;
+use crate::reach::{Reach, Situation};
+use crate::record::{Outcome, Recording};
+use crate::workload::{Block, Programme, TICK_S, Workload};
+
+/// Noise of the gauges, µε rms. The limits are widened for noise, so they are measured without much of it.
+const NOISE_UE: f64 = 20.0;
+/// Length of one random stream, h.
+const BLOCK_H: f64 = 0.5;
+/// A collapse is over after this time, ms.
+const COLLAPSE_MS: usize = 60;
+/// Runs drawn at a time.
+const BATCH: u64 = 64;
+/// The share of losses that reach what is said.
+const OF_LOSSES: f64 = 0.99;
+
+/// A limit, as measured and as the detector has it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// What is limited.
+    pub sign: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The most that held objects reached.
+    pub held: f32,
+    /// The detector's limit.
+    pub limit: f32,
+    /// What 99 of 100 lost objects reached, of those that go this way; none if there were none.
+    pub lost: Option<f32>,
+    /// How many those were.
+    pub losses: usize,
+    /// Held and lost as the detector's table has them.
+    pub table: [f32; 2],
+}
+
+/// The limits in one situation.
+#[derive(Debug, Clone, Serialize)]
+pub struct Measured {
+    /// The situation.
+    pub situation: Situation,
+    /// One row per limit.
+    pub rows: Vec<Row>,
+}
+
+/// Hours and losses that [`measure`] will report as done.
+pub fn steps(options: &Options) -> u64 {
+    (3.0 * 3600.0 * options.hours) as u64 + options.losses as u64
+}
+
+/// Measures every limit in every situation. `done` is told how many more of [`steps`] are done.
+pub fn measure(
+    base: &Setup,
+    options: &Options,
+    models: &[IdentifiedModel],
+    done: &(dyn Fn(u64) + Sync),
+) -> anyhow::Result<Vec<Measured>> {
+    let runs = runs(base, options, done)?;
+    Situation::ALL
+        .into_iter()
+        .enumerate()
+        .map(|(at, situation)| {
+            let mut held = held(base, options, models, situation, done)?;
+            for run in &runs {
+                if run.kind.is_none() {
+                    held.join(&run.reach[at]);
+                }
+            }
+            Ok(Measured {
+                situation,
+                rows: rows(situation, &held, &runs, at),
+            })
+        })
+        .collect()
+}
+
+/// One run of the sample.
+struct Run {
+    /// How the object was lost, if it was.
+    kind: Option<Kind>,
+    /// In each of [`Situation::ALL`].
+    reach: [Reach; 3],
+}
+
+/// How an object was lost.
+#[derive(Debug, Clone, Copy)]
+struct Kind {
+    /// A sphere, by the arm: its widest section passes the tips.
+    passes: bool,
+    /// Pushed against a finger.
+    sideways: bool,
+}
+
+/// Draws until the losses are found.
+fn runs(base: &Setup, options: &Options, done: &(dyn Fn(u64) + Sync)) -> anyhow::Result<Vec<Run>> {
+    let (mut runs, mut losses, mut next) = (Vec::new(), 0, 0);
+    while losses < options.losses {
+        let batch: Vec<Option<Run>> = (next..next + BATCH)
+            .into_par_iter()
+            .map(|index| run(base, options, index))
+            .collect::<anyhow::Result<_>>()?;
+        next += BATCH;
+        for run in batch.into_iter().flatten() {
+            if losses < options.losses {
+                losses += usize::from(run.kind.is_some());
+                done(run.kind.is_some().into());
+                runs.push(run);
+            }
+        }
+    }
+    Ok(runs)
+}
+
+/// One run in every situation; none if the object was moved but neither held nor lost.
+fn run(base: &Setup, options: &Options, index: u64) -> anyhow::Result<Option<Run>> {
+    let (case, recording) = latency::prepare(base, options, Knowledge::Calibrated, index)?;
+    let (kind, until) = match recording.outcome() {
+        Outcome::Displaced => return Ok(None),
+        Outcome::Held => (None, recording.carried().end - 1),
+        Outcome::Lost { onset } => {
+            let sphere = case.setup.scenario.object == ObjectKind::Sphere;
+            let kind = Kind {
+                passes: sphere && case.push.is_none(),
+                sideways: case.push.is_some_and(|push| is_sideways(&push)),
+            };
+            (Some(kind), onset + COLLAPSE_MS)
+        }
+    };
+    let mut silent = options.settings;
+    if kind.is_some() {
+        silent.detection.loss_evidence_percent_ms = 10_000.0;
+    }
+    let mut reach = [Reach::NONE; 3];
+    for (reach, situation) in reach.iter_mut().zip(Situation::ALL) {
+        *reach = look(base, &case, &recording, &silent, situation, until)?;
+    }
+    Ok(Some(Run { kind, reach }))
+}
+
+/// Whether a push goes across the palm's axis rather than along it.
+fn is_sideways(push: &Push) -> bool {
+    let [x, y, z] = push.force_n;
+    x.hypot(y) > z.abs()
+}
+
+/// What a run reaches from the grip to a tick.
+fn look(
+    base: &Setup,
+    case: &Case,
+    recording: &Recording,
+    settings: &Settings,
+    situation: Situation,
+    until: usize,
+) -> anyhow::Result<Reach> {
+    let controller = case.controller(base.table(), settings)?;
+    let mut reach = Reach::NONE;
+    let seen = |frame| situation.frame(frame);
+    recording.replay_seen(
+        case,
+        NOISE_UE,
+        controller,
+        seen,
+        |tick, _, outputs, controller| {
+            // Something else has ended the hold.
+            let ended = |event: &Event| matches!(event, Event::AirLoss | Event::Lost(_));
+            if tick > until || outputs.events.iter().any(ended) {
+                return ControlFlow::Break(());
+            }
+            if tick >= recording.lift
+                && let Some(signs) = controller.signs()
+            {
+                reach.take(&signs);
+            }
+            ControlFlow::Continue(())
+        },
+    );
+    Ok(reach)
+}
+
+/// What held objects reach in hours of the workload.
+fn held(
+    base: &Setup,
+    options: &Options,
+    models: &[IdentifiedModel],
+    situation: Situation,
+    done: &(dyn Fn(u64) + Sync),
+) -> anyhow::Result<Reach> {
+    let number = (options.hours / BLOCK_H).ceil().max(1.0);
+    let ticks = (options.hours / number * 3600.0 / TICK_S) as u64;
+    let blocks: Vec<Reach> = (0..number as u64)
+        .into_par_iter()
+        .map(|index| {
+            let block = Block {
+                programme: Programme::Shift,
+                noise_ue: NOISE_UE,
+                index,
+                ticks,
+            };
+            let workload = Workload::new(base, options, models, &block)?;
+            let reach = workload.reach(situation, situation.activities());
+            done((ticks as f64 * TICK_S) as u64);
+            Ok(reach)
+        })
+        .collect::<anyhow::Result<_>>()?;
+    let mut greatest = Reach::NONE;
+    for reach in &blocks {
+        greatest.join(reach);
+    }
+    Ok(greatest)
+}
+
+/// One row per limit, from the runs in the situation at this place of [`Situation::ALL`].
+fn rows(situation: Situation, held: &Reach, runs: &[Run], at: usize) -> Vec<Row> {
+    let limits = situation.limits();
+    let Reach([fall_per_s, fallen, emptied, passed]) = *held;
+    type Way = fn(&Kind) -> bool;
+    let all: [(&str, &str, f32, &Limit, Way); 4] = [
+        (
+            "fall of the level",
+            "1/s",
+            fall_per_s,
+            &limits.fall_per_s,
+            |_| true,
+        ),
+        (
+            "fall below the plateau",
+            "share",
+            fallen,
+            &limits.fallen,
+            |_| true,
+        ),
+        (
+            "fall of one finger",
+            "share",
+            emptied,
+            &limits.emptied,
+            |kind| kind.sideways,
+        ),
+        (
+            "rise past the tips",
+            "share",
+            passed,
+            &limits.passed,
+            |kind| kind.passes,
+        ),
+    ];
+    let rows = all.into_iter().enumerate();
+    rows.map(|(sign, (name, unit, held, limit, way))| {
+        let lost = runs
+            .iter()
+            .filter(|run| run.kind.as_ref().is_some_and(way))
+            .map(|run| run.reach[at].0[sign]);
+        let mut lost: Vec<f32> = lost.collect();
+        lost.sort_by(f32::total_cmp);
+        let reached = lost.get(((1.0 - OF_LOSSES) * lost.len() as f64) as usize);
+        Row {
+            sign: name,
+            unit,
+            held,
+            limit: limit.limit,
+            lost: reached.copied(),
+            losses: lost.len(),
+            table: [limit.held, limit.lost],
+        }
+    })
+    .collect()
+}

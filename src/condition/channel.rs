@@ -1,0 +1,230 @@
+//! One strain gauge: its strain where it can be trusted, its fault where it cannot.
+
+use super::liveliness::Liveliness;
+use super::noise::{Gains, Noise};
+use crate::fault::GaugeFault;
+use crate::frontend::FrontEnd;
+use crate::units::{AdcCode, Microstrain};
+
+/// One gauge in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Gauge {
+    /// A strain to be trusted, µε, with the zero taken off.
+    Valid(Microstrain),
+    /// Nothing usable in this tick.
+    Missing,
+    /// The gauge has failed; latched until acknowledged.
+    Failed(GaugeFault),
+}
+
+impl Gauge {
+    /// The strain, where there is one.
+    pub fn strain(self) -> Option<Microstrain> {
+        match self {
+            Self::Valid(strain) => Some(strain),
+            Self::Missing | Self::Failed(_) => None,
+        }
+    }
+
+    /// Whether the gauge has failed.
+    pub fn has_failed(self) -> bool {
+        matches!(self, Self::Failed(_))
+    }
+}
+
+/// A bad value must persist this long to be a fault: shorter is a spike, and 20 ms are allowed.
+const PERSIST_TICKS: u16 = 3;
+/// A finger that snaps free at high pressure swings beyond the amplifier's range for a moment. It is empty
+/// then, which is what its clipped reading says; a loss is told in that time.
+const CLIP_TICKS: u16 = 15;
+/// Fastest believable change. A lost object lets the strain run at 140 µε per tick (4 200 µε in 30 ms);
+/// five sigma of the difference of two readings with 400 µε of noise are 2 800 µε.
+const JUMP_UE: f32 = 4_000.0;
+/// A gauge may jump for this long after start-up, while amplifiers and filters charge.
+const WARM_UP_TICKS: u16 = 100;
+/// More noise than this, rms, is a loose contact: three times the noise that the detector is good for.
+const NOISY_UE: f32 = 1_200.0;
+
+/// The memory of one gauge.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Channel {
+    /// Raw strain, µε.
+    last_valid: Option<f32>,
+    seen: u16,
+    liveliness: Liveliness,
+    noise: Noise,
+    suspect: Option<(GaugeFault, u16)>,
+    failed: Option<GaugeFault>,
+    /// It had failed before this tick.
+    latched: bool,
+    /// The failure has been acknowledged, and ends with its cause.
+    acknowledged: bool,
+}
+
+impl Channel {
+    /// Nothing measured yet.
+    pub const NEW: Self = Self {
+        last_valid: None,
+        seen: 0,
+        liveliness: Liveliness::NEW,
+        noise: Noise::NONE,
+        suspect: None,
+        failed: None,
+        latched: false,
+        acknowledged: false,
+    };
+
+    /// A tick without a frame.
+    pub fn missing(&self) -> Gauge {
+        match self.failed {
+            Some(fault) => Gauge::Failed(fault),
+            None => Gauge::Missing,
+        }
+    }
+
+    /// Variance of the noise, µε².
+    pub fn noise_variance(&self) -> f32 {
+        self.noise.variance()
+    }
+
+    /// A failure from before the last tick has been seen.
+    pub fn acknowledge(&mut self) {
+        self.acknowledged |= self.latched;
+    }
+
+    /// Judges one measurement. `free_strain`: what a free finger would show.
+    pub fn step(
+        &mut self,
+        code: AdcCode,
+        front_end: &FrontEnd,
+        zero_ue: f32,
+        free_strain: Option<Microstrain>,
+        gains: &Gains,
+    ) -> Gauge {
+        self.liveliness.step(code, free_strain, gains.statistics);
+        let raw = front_end.strain(code).0;
+        self.seen = self.seen.saturating_add(1);
+        let jumped = self.seen > WARM_UP_TICKS
+            && self
+                .last_valid
+                .is_some_and(|last| (raw - last).abs() > JUMP_UE + gains.jump_ue);
+        let suspicion = self.suspicion(code, raw, jumped, free_strain, front_end);
+        if suspicion.is_none() && self.failed.is_none() {
+            self.suspect = None;
+            self.measure_noise(raw, gains);
+            self.last_valid = Some(raw);
+            return Gauge::Valid(Microstrain(raw - zero_ue));
+        }
+        self.latched = self.failed.is_some();
+        match suspicion {
+            None | Some(GaugeFault::Noisy) => {
+                self.measure_noise(raw, gains);
+                self.last_valid = Some(raw);
+            }
+            // A spike must not pass for noise, but spike after spike must.
+            Some(GaugeFault::Jump) => {
+                self.noise
+                    .measure_burst(JUMP_UE * JUMP_UE, self.is_warm(), gains);
+            }
+            Some(
+                GaugeFault::Open | GaugeFault::Short | GaugeFault::Stuck | GaugeFault::Saturated,
+            ) => {}
+        }
+        self.suspect(suspicion);
+        self.verdict(raw, jumped, zero_ue)
+    }
+
+    /// A tick without a measurement of its own: what the last one was is what this one is.
+    pub fn carry(&self, code: AdcCode, front_end: &FrontEnd, zero_ue: f32) -> Gauge {
+        let raw = front_end.strain(code).0;
+        let jumped = self
+            .last_valid
+            .is_some_and(|last| (raw - last).abs() > JUMP_UE);
+        match (self.failed, self.suspect) {
+            (Some(fault), _) => Gauge::Failed(fault),
+            (None, Some((GaugeFault::Saturated, _))) if !jumped => {
+                Gauge::Valid(Microstrain(raw - zero_ue))
+            }
+            (None, Some(_)) => Gauge::Missing,
+            (None, None) => Gauge::Valid(Microstrain(raw - zero_ue)),
+        }
+    }
+
+    /// What is wrong with this tick's reading, if anything is.
+    fn suspicion(
+        &self,
+        code: AdcCode,
+        raw_ue: f32,
+        jumped: bool,
+        free_strain: Option<Microstrain>,
+        front_end: &FrontEnd,
+    ) -> Option<GaugeFault> {
+        if code < front_end.gauge_short_below {
+            Some(GaugeFault::Short)
+        } else if code > front_end.gauge_open_above {
+            Some(GaugeFault::Open)
+        } else if raw_ue.abs() > front_end.gauge_full_scale.0 {
+            Some(GaugeFault::Saturated)
+        } else if self.liveliness.is_stuck(free_strain) {
+            Some(GaugeFault::Stuck)
+        } else if jumped {
+            Some(GaugeFault::Jump)
+        } else if self.noise.burst() > NOISY_UE * NOISY_UE {
+            Some(GaugeFault::Noisy)
+        } else {
+            None
+        }
+    }
+
+    /// Counts for how long something has been wrong; a failure that has been seen ends with its cause.
+    fn suspect(&mut self, suspicion: Option<GaugeFault>) {
+        self.suspect = match (suspicion, self.suspect) {
+            (None, _) => None,
+            // Among noise some steps are as large as jumps.
+            (Some(_), Some((GaugeFault::Noisy, ticks))) => {
+                Some((GaugeFault::Noisy, ticks.saturating_add(1)))
+            }
+            (Some(fault), Some((_, ticks))) => Some((fault, ticks.saturating_add(1))),
+            (Some(fault), None) => Some((fault, 1)),
+        };
+        if self.acknowledged && self.suspect.is_none() {
+            self.failed = None;
+            self.latched = false;
+            self.acknowledged = false;
+        }
+    }
+
+    /// What a measurement that is or was suspect is worth.
+    fn verdict(&mut self, raw: f32, jumped: bool, zero_ue: f32) -> Gauge {
+        if let Some(fault) = self.failed {
+            // A jump is from where the gauge is now, so that one that stays where it has jumped to is good.
+            self.last_valid = Some(raw);
+            return Gauge::Failed(fault);
+        }
+        let Some((fault, ticks)) = self.suspect else {
+            return Gauge::Valid(Microstrain(raw - zero_ue));
+        };
+        let clips = fault == GaugeFault::Saturated && !jumped;
+        if clips && ticks < CLIP_TICKS {
+            self.last_valid = Some(raw);
+            return Gauge::Valid(Microstrain(raw - zero_ue));
+        }
+        if ticks < PERSIST_TICKS && fault != GaugeFault::Stuck {
+            return Gauge::Missing;
+        }
+        self.failed = Some(fault);
+        self.acknowledged = false;
+        Gauge::Failed(fault)
+    }
+
+    fn is_warm(&self) -> bool {
+        self.seen > WARM_UP_TICKS
+    }
+
+    fn measure_noise(&mut self, raw: f32, gains: &Gains) {
+        if let Some(last) = self.last_valid {
+            self.noise.measure(raw - last, self.is_warm(), gains);
+        }
+    }
+}
