@@ -57,6 +57,8 @@ pub mod telemetry;
 
 pub mod failure;
 
+pub mod march;
+
 pub use command::{Answer, Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};

@@ -59,7 +59,10 @@ const FLASH_ACR: u64 = 0x4002_3c00;
 const CACHES: u32 = 0x700;
 
 fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
-    let setup = Setup::new(context.image, Host::Reading);
+    let setup = Setup {
+        watch_rtt: true,
+        ..Setup::new(context.image, Host::Reading)
+    };
     let (ready_ms, record) = bench::run(&setup, None, |ready_ms, moment| {
         if moment.ms == 0 {
             moment.set_pins(&pins_at_rest());
@@ -76,6 +79,12 @@ fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
         Ok(moment.ms < 500)
     })?;
     let mut outcome = Outcome::default();
+    // The march writes a word five times, and start-up gives it its value.
+    let marched = record.rtt_writes.iter().filter(|at| at.0 < MS / 2).count();
+    outcome.must(
+        marched > 5,
+        format!("before it had a value, a variable was written {marched} times"),
+    );
     let defined = record.dac.iter().find(|write| write.code.is_some());
     let defined_ms = defined.map_or(f64::NAN, |write| write.at.0 as f64 / MS as f64);
     outcome.at_most(
