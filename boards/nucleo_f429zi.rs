@@ -14,7 +14,7 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peri, Peripherals, bind_interrupts, dma, interrupt, pac};
 use softgrip::RawFrame;
-use softgrip::frontend::FrontEnd;
+use softgrip::frontend::{self, FrontEnd};
 use softgrip::inputs::Levels;
 use softgrip::scan::{self, CHANNELS};
 use softgrip::telemetry::Indicators;
@@ -41,9 +41,9 @@ const HSE_WITHIN_US: u32 = 20_000;
 const HSI_MHZ: u32 = 16;
 const HIGHEST_MHZ: u32 = 180;
 
-/// Samples in the transfer's ring: 32 scans are 3.5 ms, so a tick may be late by two.
+/// Samples in the transfer's ring: 32 scans are 3.6 ms, so a tick may be late by two.
 const RING: usize = 32 * CHANNELS;
-/// Samples looked at in one tick: a scan takes 109 µs, so there are eight or nine whole ones: what is cut at
+/// Samples looked at in one tick: a scan takes 114 µs, so there are seven or eight whole ones. What is cut at
 /// either end is left out.
 const BATCH: usize = 16 * CHANNELS;
 
@@ -142,6 +142,7 @@ fn board(p: Peripherals) -> Board {
             gauge_3: p.PC3,
             monitor: p.PC2,
             supply: p.PB1,
+            calibrated: frontend::reference_code(factory_reference()),
             ring: [0; RING],
         },
         regulator: Regulator(()),
@@ -270,6 +271,13 @@ pub fn unique_id() -> [u8; 12] {
     embassy_stm32::uid::uid()
 }
 
+/// What the internal reference read at the factory, at 3.3 V and 30 °C (DS9405, embedded reference voltage).
+fn factory_reference() -> u16 {
+    const VREFIN_CAL: *const u16 = 0x1fff_7a2a as *const u16;
+    // SAFETY: a readable halfword of the chip's system memory, aligned, and never written.
+    unsafe { VREFIN_CAL.read_volatile() }
+}
+
 /// Says so where the chip would run on below 2.7 V: set once with a programmer, as `boards/README.md` shows.
 pub fn check_brown_out() {
     // Level 3 is zero (RM0090, FLASH_OPTCR).
@@ -323,22 +331,28 @@ pub struct Converter {
     monitor: Peri<'static, PC2>,
     /// [A6]
     supply: Peri<'static, PB1>,
+    /// What the internal reference reads at 3.3 V.
+    calibrated: u16,
     ring: [u16; RING],
 }
 
 impl Converter {
     /// Starts at the first channel. Dropping the scan stops converter and transfer.
     pub fn start(&mut self) -> Scan<'_> {
-        let channels = [
-            self.gauge_1.reborrow().degrade_adc(),
-            self.gauge_2.reborrow().degrade_adc(),
-            self.gauge_3.reborrow().degrade_adc(),
-            self.monitor.reborrow().degrade_adc(),
-            self.supply.reborrow().degrade_adc(),
+        let adc = Adc::new(self.adc.reborrow());
+        let reference = adc.enable_vrefint();
+        // At 22.5 MHz, with 12 cycles of conversion, 21.9 and 4.3 µs per channel. The internal reference asks
+        // for 10 µs of sampling; the supply moves slowly, and a capacitor holds it.
+        let (long, short) = (SampleTime::CYCLES480, SampleTime::CYCLES84);
+        let sequence = [
+            (self.gauge_1.reborrow().degrade_adc(), long),
+            (self.gauge_2.reborrow().degrade_adc(), long),
+            (self.gauge_3.reborrow().degrade_adc(), long),
+            (self.monitor.reborrow().degrade_adc(), long),
+            (self.supply.reborrow().degrade_adc(), short),
+            (reference.degrade_adc(), long),
         ];
-        // 22.5 MHz, 480 cycles of sampling and 12 of conversion: 21.9 µs per channel.
-        let sequence = channels.map(|channel| (channel, SampleTime::CYCLES480));
-        let mut ring = Adc::new(self.adc.reborrow()).into_ring_buffered(
+        let mut ring = adc.into_ring_buffered(
             self.dma.reborrow(),
             &mut self.ring,
             Interrupts,
@@ -347,12 +361,18 @@ impl Converter {
             Exten::DISABLED,
         );
         ring.start();
-        Scan(ring)
+        Scan {
+            ring,
+            calibrated: self.calibrated,
+        }
     }
 }
 
 /// A running scan.
-pub struct Scan<'a>(RingBufferedAdc<'a, ADC1>);
+pub struct Scan<'a> {
+    ring: RingBufferedAdc<'a, ADC1>,
+    calibrated: u16,
+}
 
 impl Scan<'_> {
     /// The mean of what has been converted since the last call.
@@ -360,9 +380,13 @@ impl Scan<'_> {
     #[inline(never)]
     pub fn frame(&mut self) -> RawFrame {
         let mut samples = [0; BATCH];
-        let count = self.0.read_latest(&mut samples);
+        let count = self.ring.read_latest(&mut samples);
         let overrun = pac::ADC1.sr().read().ovr();
-        scan::average(samples.get(..count).unwrap_or_default(), overrun)
+        scan::average(
+            samples.get(..count).unwrap_or_default(),
+            self.calibrated,
+            overrun,
+        )
     }
 }
 

@@ -9,8 +9,8 @@ use channel::Channel;
 use monitor::MonitorWire;
 use noise::Gains;
 
-use crate::frontend::FrontEnd;
-use crate::units::{AdcCode, FINGERS, Kilopascals, Microstrain, Volts};
+use crate::frontend::{FrontEnd, at_nominal_rail, rail_is_good};
+use crate::units::{AdcCode, FINGERS, Kilopascals, Microstrain, Millivolts, Volts};
 
 pub use channel::Gauge;
 pub use monitor::Monitor;
@@ -25,6 +25,8 @@ pub struct RawFrame {
     pub monitor: AdcCode,
     /// The supply voltage.
     pub supply: AdcCode,
+    /// The 3.3 V rail that these codes are shares of, as the chip's internal reference tells it.
+    pub rail: Millivolts,
     /// Scans behind these means; zero says that nothing new arrived.
     pub scans: u16,
     /// The converter lost data, so channels may be mixed up.
@@ -56,6 +58,8 @@ pub struct Reading {
     pub monitor: Monitor,
     /// The supply, if measured in this tick.
     pub supply: Option<Volts>,
+    /// Whether the converters' reference is good enough to measure by, if measured in this tick.
+    pub rail_is_good: Option<bool>,
     /// Ticks since the last usable frame.
     pub stale_ticks: u32,
     /// The converter lost data in this tick.
@@ -112,10 +116,11 @@ impl Conditioner {
             monitor: match has_data {
                 true => self
                     .monitor
-                    .step(frame.monitor, front_end, expected.pressure),
+                    .step(frame.monitor, frame.rail, front_end, expected.pressure),
                 false => Monitor::Missing,
             },
-            supply: has_data.then(|| front_end.supply(frame.supply)),
+            supply: has_data.then(|| front_end.supply(at_nominal_rail(frame.supply, frame.rail))),
+            rail_is_good: has_data.then(|| rail_is_good(frame.rail)),
             stale_ticks: self.stale_ticks,
             overrun: frame.overrun,
         }

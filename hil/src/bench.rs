@@ -19,7 +19,7 @@ use softgrip::inputs::Levels;
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
-use crate::board::{DacWrite, Nucleo, Restart};
+use crate::board::{DacWrite, Nucleo, REFERENCE_CODE, Restart};
 use crate::image::{Image, RAM};
 use crate::rtt::{self, Rtt};
 
@@ -43,6 +43,9 @@ pub struct Preset {
     /// What it gets.
     pub value: u32,
 }
+
+/// Where the factory has noted what the internal reference reads at 3.3 V.
+const VREFIN_CAL: u64 = 0x1fff_7a2a;
 
 /// What the stack is painted with.
 const PAINT: u32 = 0xa5a5_5a5a;
@@ -182,7 +185,12 @@ pub struct Moment<'a> {
 impl Moment<'_> {
     /// Puts voltages on the converter's pins.
     pub fn set_pins(&mut self, pins: &Pins) {
-        self.session.board_mut().set_pins(pins);
+        self.session.board_mut().set_pins(pins, 1.0);
+    }
+
+    /// The same on a board whose 3.3 V rail is off by a factor.
+    pub fn set_pins_at_rail(&mut self, pins: &Pins, rail: f64) {
+        self.session.board_mut().set_pins(pins, rail);
     }
 
     /// Changes what the robot applies to the inputs.
@@ -453,7 +461,11 @@ pub fn run<S: Send + 'static>(
         image.bytes.clone(),
         None,
     )?];
-    if let Some(placed) = &setup.placed {
+    let factory = Placed {
+        address: VREFIN_CAL,
+        bytes: REFERENCE_CODE.to_le_bytes().to_vec(),
+    };
+    for placed in setup.placed.iter().chain([&factory]) {
         let bytes = placed.bytes.clone();
         images.push(rigless::image::Image::new(
             Path::new("placed"),

@@ -8,8 +8,9 @@ use rigless::machine::{Board, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::snapshot::Store;
 use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::c_adc::ccr;
 use rigless::soc::stm32f427::generated::dac::{Register, cr};
-use rigless::soc::stm32f427::generated::{TIM5, rcc, tim5};
+use rigless::soc::stm32f427::generated::{C_ADC, TIM5, adc1, c_adc, rcc, tim5};
 use rigless::soc::stm32f427::peripherals::adc::Channel;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::{Bus, Error, Layout, Width};
@@ -43,6 +44,11 @@ const PORT_F: usize = 5;
 const GAUGES: [u8; 3] = [3, 10, 13];
 const MONITOR: u8 = 12;
 const SUPPLY: u8 = 9;
+/// The internal reference, and a channel that nothing uses, where it is put in the converter's unit here.
+const INTERNAL_REFERENCE: u64 = 17;
+const STAND_IN: u8 = 15;
+/// What the internal reference reads at 3.3 V, as the factory has noted it: 1.21 V.
+pub const REFERENCE_CODE: u16 = 1_502;
 
 /// One change of the converter's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,9 +112,18 @@ pub struct Chip {
     dac: Dac,
     dac_slot: usize,
     rcc_slot: usize,
+    adc_slot: usize,
     /// The ST-LINK's clock arrives.
     has_clock: bool,
     restart: Restart,
+}
+
+impl Chip {
+    /// The converters' common control register.
+    fn common_control(&mut self) -> u64 {
+        let address = C_ADC.base + u64::from(c_adc::Register::Ccr.spec().offset);
+        self.peek(VirtualNanos(0), address, Width::W32).unwrap_or(0)
+    }
 }
 
 impl Mcu for Chip {
@@ -149,6 +164,15 @@ impl Mcu for Chip {
             let (_, registers) = self.part.clocks();
             let ready = rcc::cr::HSERDY.mask();
             registers.set(rcc::Register::Cr, registers.get(rcc::Register::Cr) & !ready);
+        }
+        if slot == self.adc_slot {
+            let on = ccr::TSVREFE.is_set(self.common_control());
+            let (_, registers) = self.part.converter(0);
+            let sequence = registers.get(adc1::Register::Sqr3);
+            if on && adc1::sqr3::SQ6.get(sequence) == INTERNAL_REFERENCE {
+                let sequence = adc1::sqr3::SQ6.set(sequence, STAND_IN.into());
+                registers.set(adc1::Register::Sqr3, sequence);
+            }
         }
         let (bus, model) = self.part.split(slot);
         if slot == self.dac_slot {
@@ -210,20 +234,23 @@ impl Nucleo {
         }
         let dac_slot = part.bus().slot("DAC")?;
         let rcc_slot = part.bus().slot("RCC")?;
+        let adc_slot = part.bus().slot("ADC1")?;
         Ok(Self {
             chip: Chip {
                 part,
                 dac: Dac::default(),
                 dac_slot,
                 rcc_slot,
+                adc_slot,
                 has_clock,
                 restart: Restart::Pin,
             },
         })
     }
 
-    /// Puts voltages on the converter's pins.
-    pub fn set_pins(&mut self, pins: &Pins) {
+    /// Puts voltages on the converter's pins, on a board whose 3.3 V rail is off by a factor. What hangs on the
+    /// rail follows it, and keeps its share of it.
+    pub fn set_pins(&mut self, pins: &Pins, rail: f64) {
         let adc = &mut self.chip.part.adc[0];
         let mut set = |channel: u8, share: f64| {
             let channel = Channel::new(channel).expect("a pin's channel");
@@ -235,8 +262,9 @@ impl Nucleo {
         for (channel, share) in GAUGES.into_iter().zip(pins.gauges) {
             set(channel, share);
         }
-        set(MONITOR, pins.monitor);
-        set(SUPPLY, pins.supply);
+        set(MONITOR, pins.monitor / rail);
+        set(SUPPLY, pins.supply / rail);
+        set(STAND_IN, f64::from(REFERENCE_CODE) / 4096.0 / rail);
     }
 
     /// Drives the robot's inputs. An optocoupler pulls its pin down while 24 V are applied.

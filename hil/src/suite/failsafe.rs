@@ -1,10 +1,13 @@
 //! The program goes wrong: the fingers open, the host hears why, and the chip starts again.
 
+use anyhow::Context as _;
 use rigless::device::ResetCause;
 use rigless::time::VirtualNanos;
+use sim::plant::Pins;
+use softgrip::frontend::FrontEnd;
 use softgrip::inputs::Levels;
 use softgrip::telemetry::Indicators;
-use softgrip::units::DacCode;
+use softgrip::units::{DacCode, Kilopascals};
 
 use super::incident::{since_ms, vented_and_back, while_holding};
 use super::test::{Context, Outcome, Test};
@@ -13,7 +16,7 @@ use crate::closed_loop::{REST, pins_at_rest};
 use crate::inject::{self, Derailment, Task, Wrong};
 use crate::rtt::Host;
 
-pub const TESTS: [Test; 14] = [
+pub const TESTS: [Test; 16] = [
     Test {
         name: "watchdog: control hangs",
         about: "reset, vented, reported after the restart",
@@ -90,6 +93,16 @@ pub const TESTS: [Test; 14] = [
         name: "overrun of the converter",
         about: "the scan starts again at its first channel",
         run: overrun,
+    },
+    Test {
+        name: "3.3 V rail off by 2 %",
+        about: "the true pressure is shown all the same",
+        run: |context| rail_off(context, 1.02, None),
+    },
+    Test {
+        name: "3.3 V rail off by 6 %",
+        about: "is a fault, and vents",
+        run: |context| rail_off(context, 0.94, Some("RailOff")),
     },
     Test {
         name: "24 V sag",
@@ -415,5 +428,56 @@ fn sag(context: &Context<'_>) -> anyhow::Result<Outcome> {
         format!("the command went from {:?} to {last:?}", incident.command),
     );
     outcome.must(record.resets.is_empty(), "the chip has restarted");
+    Ok(outcome)
+}
+
+/// What the monitor shows, kPa: little enough for the fingers to be at rest.
+const SHOWN_KPA: f32 = 7.0;
+
+fn rail_off(context: &Context<'_>, rail: f64, fault: Option<&str>) -> anyhow::Result<Outcome> {
+    let setup = Setup::new(context.image, Host::Reading);
+    let (from_ms, until_ms) = (1_500, 2_000);
+    let ((), record) = bench::run(&setup, (), move |(), moment| {
+        let monitor = FrontEnd::REFERENCE.monitor_code(Kilopascals(SHOWN_KPA));
+        let pins = Pins {
+            monitor: f64::from(monitor) / 65_536.0,
+            ..pins_at_rest()
+        };
+        moment.set_pins_at_rail(&pins, if moment.ms < from_ms { 1.0 } else { rail });
+        moment.set_levels(REST);
+        Ok(moment.ms < until_ms)
+    })?;
+    let mut outcome = Outcome::default();
+    let recording = crate::recording::Recording::of(&record.messages)?;
+    let last = recording.ticks.last().context("no snapshot")?;
+    let told = f64::from(last.frame.rail.0);
+    outcome.number("rail as told", told, "mV");
+    outcome.at_most(
+        "which is wrong by",
+        (told - 3_300.0 * rail).abs(),
+        "mV",
+        5.0,
+    );
+    let pressure = last.snapshot.split_once("pressure: Some(Kilopascals(");
+    let pressure: f64 = pressure
+        .and_then(|(_, rest)| rest.split_once(')')?.0.parse().ok())
+        .context("no pressure")?;
+    outcome.at_most(
+        "pressure is wrong by",
+        (pressure - f64::from(SHOWN_KPA)).abs(),
+        "kPa",
+        0.05,
+    );
+    match fault {
+        Some(fault) => {
+            let said = record.message(from_ms, fault);
+            let ms = said.map_or(f64::NAN, |message| (message.ms - from_ms) as f64);
+            outcome.at_most("to the report", ms, "ms", 25.0);
+        }
+        None => outcome.must(
+            recording.events.is_empty(),
+            format!("reported: {:?}", recording.events),
+        ),
+    }
     Ok(outcome)
 }
