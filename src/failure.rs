@@ -47,10 +47,7 @@ impl SourcePath {
 
     /// The path, or as much of it as is text.
     pub fn as_str(&self) -> &str {
-        let text = match core::str::from_utf8(&self.0) {
-            Ok(text) => text,
-            Err(_) => "?",
-        };
+        let text = core::str::from_utf8(&self.0).unwrap_or("?");
         text.trim_end_matches('\0')
     }
 }

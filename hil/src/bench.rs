@@ -1,10 +1,9 @@
 //! Runs the image on the emulated board, and stops once per millisecond for a script.
 
-use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use rigless::device::{Level, ResetCause};
 use rigless::emulator::{
     self, AccessKind, Driver, HitKind, Host, InterruptLine, Settled, Start, Stop, Watch,
@@ -14,13 +13,12 @@ use rigless::soc::stm32f427::generated::{DAC, IWDG, TIM5};
 use rigless::soc::{Layout, Width};
 use rigless::time::VirtualNanos;
 use sha2::{Digest, Sha256};
-use sim::plant::Pins;
 use softgrip::inputs::Levels;
-use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
-use crate::board::{DacWrite, Nucleo, REFERENCE_CODE, Restart};
-use crate::image::{Image, RAM};
+use crate::board::{DacWrite, Nucleo, REFERENCE_CODE};
+use crate::image::Image;
+use crate::moment::Moment;
 use crate::rtt::{self, Rtt};
 
 /// Nanoseconds of a millisecond.
@@ -46,9 +44,6 @@ pub struct Preset {
 
 /// Where the factory has noted what the internal reference reads at 3.3 V.
 const VREFIN_CAL: u64 = 0x1fff_7a2a;
-
-/// What the stack is painted with.
-const PAINT: u32 = 0xa5a5_5a5a;
 
 /// A message of the firmware, and the millisecond in which it was taken.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -169,123 +164,6 @@ impl<'a> Setup<'a> {
             watch_rtt: false,
             tick_before: None,
         }
-    }
-}
-
-/// What a script sees and does, between two milliseconds.
-pub struct Moment<'a> {
-    /// Milliseconds since power-on.
-    pub ms: u64,
-    session: &'a mut Session<Nucleo>,
-    host: &'a mut dyn Host,
-    levels: &'a mut Levels,
-    stop: Stop,
-}
-
-impl Moment<'_> {
-    /// Puts voltages on the converter's pins.
-    pub fn set_pins(&mut self, pins: &Pins) {
-        self.session.board_mut().set_pins(pins, 1.0);
-    }
-
-    /// The same on a board whose 3.3 V rail is off by a factor.
-    pub fn set_pins_at_rail(&mut self, pins: &Pins, rail: f64) {
-        self.session.board_mut().set_pins(pins, rail);
-    }
-
-    /// Changes what the robot applies to the inputs.
-    pub fn set_levels(&mut self, levels: Levels) {
-        *self.levels = levels;
-        self.session.board_mut().set_levels(self.stop.at, levels);
-    }
-
-    /// The regulator's command.
-    pub fn command(&mut self) -> DacCode {
-        self.session.board_mut().command()
-    }
-
-    /// What the robot is told.
-    pub fn indicators(&mut self) -> Indicators {
-        self.session.board_mut().indicators()
-    }
-
-    /// A word of the chip's memory.
-    pub fn word(&mut self, address: u64) -> anyhow::Result<u32> {
-        let word = self.host.read(address, Width::W32)?;
-        Ok(word as u32)
-    }
-
-    /// Changes a word of the chip's RAM.
-    pub fn set_word(&mut self, address: u64, value: u32) -> anyhow::Result<()> {
-        self.host.write(address, Width::W32, value.into())?;
-        Ok(())
-    }
-
-    /// Reads a register of the chip as a debugger does.
-    pub fn register(&mut self, address: u64) -> anyhow::Result<u32> {
-        use rigless::mcu::Operate;
-        let value = self
-            .session
-            .mcu()
-            .peek(self.stop.at, address, Width::W32)
-            .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))?;
-        Ok(value as u32)
-    }
-
-    /// Writes a register of the chip.
-    pub fn set_register(&mut self, address: u64, value: u32) -> anyhow::Result<()> {
-        use rigless::mcu::Operate;
-        self.session
-            .mcu()
-            .write(self.stop.at, address, Width::W32, value.into())
-            .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))
-    }
-
-    /// Paints the stack, before anything has been put on it.
-    pub fn paint(&mut self, stack: Range<u64>) -> anyhow::Result<()> {
-        for address in stack.step_by(4) {
-            self.set_word(address, PAINT)?;
-        }
-        Ok(())
-    }
-
-    /// Bytes from the stack's beginning down to the last where the paint is gone.
-    pub fn used(&mut self, stack: Range<u64>) -> anyhow::Result<u64> {
-        for address in stack.clone().step_by(4) {
-            if self.word(address)? != PAINT {
-                return Ok(stack.end - address);
-            }
-        }
-        Ok(0)
-    }
-
-    /// Has the core's stores just below and above RAM fail, as they do on the chip; the model lets them pass.
-    pub fn guard_ram(&mut self) {
-        // Each serves once; an overflow and the fault that follows take less.
-        for _ in 0..64 {
-            self.session.fail_next(RAM.start - 0x8000, RAM.start);
-            self.session.fail_next(RAM.end, RAM.end + 0x2_0000);
-        }
-    }
-
-    /// Fills the chip's RAM with what it holds after a power-on: nothing in particular.
-    pub fn scramble_ram(&mut self) -> anyhow::Result<()> {
-        let mut noise = 0x9e37_79b9u32;
-        for address in RAM.step_by(4) {
-            // xorshift
-            noise ^= noise << 13;
-            noise ^= noise >> 17;
-            noise ^= noise << 5;
-            self.set_word(address, noise)?;
-        }
-        Ok(())
-    }
-
-    /// Restarts the chip.
-    pub fn restart(&mut self, restart: Restart) {
-        self.session.board_mut().set_restart(restart);
-        self.session
-            .reset_by_pin(self.stop.at, self.stop.instruction_count, self.host);
     }
 }
 

@@ -2,9 +2,10 @@
 
 use anyhow::Context;
 
-use crate::bench::{Moment, Placed};
+use crate::bench::Placed;
 use crate::calls;
 use crate::image::{Image, Symbol};
+use crate::moment::Moment;
 
 /// In bank 2, which the image leaves to the settings; its last sector.
 const CORNER: u64 = 0x081e_0000;

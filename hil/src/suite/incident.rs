@@ -7,8 +7,9 @@ use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
 use super::test::Outcome;
-use crate::bench::{self, MS, Moment, Record, Setup};
+use crate::bench::{self, MS, Record, Setup};
 use crate::closed_loop::{self, Loop};
+use crate::moment::Moment;
 
 /// From a reset to a defined code at the regulator.
 pub const SAFE_AFTER_RESET_MS: f64 = 0.03;
