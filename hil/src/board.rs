@@ -119,10 +119,21 @@ pub struct Chip {
 }
 
 impl Chip {
-    /// The converters' common control register.
-    fn common_control(&mut self) -> u64 {
-        let address = C_ADC.base + u64::from(c_adc::Register::Ccr.spec().offset);
-        self.peek(VirtualNanos(0), address, Width::W32).unwrap_or(0)
+    /// Has the converter sample the stand-in where the firmware asks for the internal reference, if that is
+    /// switched on: the model gives it in millivolts, and the pins' unit here is a finer one.
+    fn put_in_reference(&mut self) {
+        let (_, registers) = self.part.converter(0);
+        let sequence = registers.get(adc1::Register::Sqr3);
+        if adc1::sqr3::SQ6.get(sequence) != INTERNAL_REFERENCE {
+            return;
+        }
+        let control = C_ADC.base + u64::from(c_adc::Register::Ccr.spec().offset);
+        let control = self.peek(VirtualNanos(0), control, Width::W32);
+        if control.is_ok_and(|control| ccr::TSVREFE.is_set(control)) {
+            let (_, registers) = self.part.converter(0);
+            let sequence = adc1::sqr3::SQ6.set(sequence, STAND_IN.into());
+            registers.set(adc1::Register::Sqr3, sequence);
+        }
     }
 }
 
@@ -166,13 +177,7 @@ impl Mcu for Chip {
             registers.set(rcc::Register::Cr, registers.get(rcc::Register::Cr) & !ready);
         }
         if slot == self.adc_slot {
-            let on = ccr::TSVREFE.is_set(self.common_control());
-            let (_, registers) = self.part.converter(0);
-            let sequence = registers.get(adc1::Register::Sqr3);
-            if on && adc1::sqr3::SQ6.get(sequence) == INTERNAL_REFERENCE {
-                let sequence = adc1::sqr3::SQ6.set(sequence, STAND_IN.into());
-                registers.set(adc1::Register::Sqr3, sequence);
-            }
+            self.put_in_reference();
         }
         let (bus, model) = self.part.split(slot);
         if slot == self.dac_slot {
