@@ -9,7 +9,7 @@ use channel::Channel;
 use monitor::MonitorWire;
 use noise::Gains;
 
-use crate::frontend::{FrontEnd, at_nominal_rail, rail_is_good};
+use crate::frontend::{FrontEnd, rail_factor, rail_is_good};
 use crate::units::{AdcCode, FINGERS, Kilopascals, Microstrain, Millivolts, Volts};
 
 pub use channel::Gauge;
@@ -58,8 +58,8 @@ pub struct Reading {
     pub monitor: Monitor,
     /// The supply, if measured in this tick.
     pub supply: Option<Volts>,
-    /// Whether the converters' reference is good enough to measure by, if measured in this tick.
-    pub rail_is_good: Option<bool>,
+    /// The converters' reference was measured in this tick, and is not good enough to measure by.
+    pub rail_is_off: bool,
     /// Ticks since the last usable frame.
     pub stale_ticks: u32,
     /// The converter lost data in this tick.
@@ -110,17 +110,18 @@ impl Conditioner {
             true => self.gauges(frame, front_end, expected),
             false => core::array::from_fn(|i| self.channels[i].missing()),
         };
+        let rail = rail_factor(frame.rail);
         Reading {
             gauges,
             noise_variance: core::array::from_fn(|i| self.channels[i].noise_variance()),
             monitor: match has_data {
                 true => self
                     .monitor
-                    .step(frame.monitor, frame.rail, front_end, expected.pressure),
+                    .step(frame.monitor, rail, front_end, expected.pressure),
                 false => Monitor::Missing,
             },
-            supply: has_data.then(|| front_end.supply(at_nominal_rail(frame.supply, frame.rail))),
-            rail_is_good: has_data.then(|| rail_is_good(frame.rail)),
+            supply: has_data.then(|| Volts(rail * front_end.supply(frame.supply).0)),
+            rail_is_off: has_data && !rail_is_good(frame.rail),
             stale_ticks: self.stale_ticks,
             overrun: frame.overrun,
         }

@@ -345,7 +345,7 @@ mod tests {
             monitor: Monitor::Valid(Kilopascals(kpa)),
             noise_variance: [400.0; 3],
             supply: Some(Volts(24.0)),
-            rail_is_good: Some(true),
+            rail_is_off: false,
             stale_ticks: 0,
             overrun: false,
         };

@@ -1,7 +1,7 @@
 //! The regulator's pressure monitor: pressure, or what is wrong with its wire.
 
-use crate::frontend::{FrontEnd, at_nominal_rail};
-use crate::units::{AdcCode, Kilopascals, Millivolts};
+use crate::frontend::FrontEnd;
+use crate::units::{AdcCode, Kilopascals};
 
 /// The regulator's monitor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,20 +50,19 @@ impl MonitorWire {
         fallen_ticks: 0,
     };
 
-    /// Judges one code, a share of `rail`. `expected`: what the commands so far should have given.
+    /// Judges one code. `rail`: see [`rail_factor`](crate::frontend::rail_factor). `expected`: what the commands so far should have given.
     pub fn step(
         &mut self,
         code: AdcCode,
-        rail: Millivolts,
+        rail: f32,
         front_end: &FrontEnd,
         expected: Option<Kilopascals>,
     ) -> Monitor {
-        let nominal = at_nominal_rail(code, rail);
-        // The converter ends at the rail, and a low one hides what is above it.
-        if code.max(nominal) > front_end.monitor_high_above {
+        // Of the code itself: the converter ends at the rail, and a low one hides what is above it.
+        if code > front_end.monitor_high_above {
             return Monitor::TooHigh;
         }
-        let pressure = front_end.pressure(nominal);
+        let pressure = Kilopascals(rail * front_end.pressure(code).0);
         let fell = |last| pressure.0 < (1.0 - FALL) * last - NOISE_KPA;
         if self.last_kpa.is_some_and(fell) {
             self.fallen_ticks = self.fallen_ticks.saturating_add(1);
@@ -86,8 +85,6 @@ impl MonitorWire {
 mod tests {
     use super::*;
 
-    use crate::frontend::RAIL;
-
     const FE: FrontEnd = FrontEnd::REFERENCE;
 
     fn code(kpa: f32) -> AdcCode {
@@ -98,7 +95,7 @@ mod tests {
     fn a_monitor_that_drops_faster_than_air_is_lost_until_it_is_back_or_shows_what_it_should() {
         let mut wire = MonitorWire::NEW;
         let mut monitor =
-            |kpa: f32, expected: f32| wire.step(code(kpa), RAIL, &FE, Some(Kilopascals(expected)));
+            |kpa: f32, expected: f32| wire.step(code(kpa), 1.0, &FE, Some(Kilopascals(expected)));
         assert!(matches!(monitor(140.0, 140.0), Monitor::Valid(_)));
         // A spike of two ticks.
         assert_eq!(monitor(0.0, 140.0), Monitor::Missing);
@@ -129,10 +126,10 @@ mod tests {
     fn a_monitor_at_its_upper_end_is_too_high_and_what_is_just_below_is_a_pressure() {
         let mut wire = MonitorWire::NEW;
         let AdcCode(above) = FE.monitor_high_above;
-        let highest = wire.step(AdcCode(above), RAIL, &FE, None);
+        let highest = wire.step(AdcCode(above), 1.0, &FE, None);
         assert!(matches!(highest, Monitor::Valid(_)), "{highest:?}");
         assert_eq!(
-            wire.step(AdcCode(above + 1), RAIL, &FE, None),
+            wire.step(AdcCode(above + 1), 1.0, &FE, None),
             Monitor::TooHigh
         );
     }
@@ -142,18 +139,18 @@ mod tests {
         // 140 → 107 kPa is the most.
         for (kpa, expected) in [(107.5, true), (106.5, false)] {
             let mut wire = MonitorWire::NEW;
-            wire.step(code(140.0), RAIL, &FE, None);
-            let believed = wire.step(code(kpa), RAIL, &FE, None).pressure().is_some();
+            wire.step(code(140.0), 1.0, &FE, None);
+            let believed = wire.step(code(kpa), 1.0, &FE, None).pressure().is_some();
             assert_eq!(believed, expected, "{kpa}");
         }
     }
 
     #[test]
     fn a_wire_at_the_rail_is_too_high_whatever_the_rail() {
-        for rail in [3_135, 3_300, 3_465] {
+        for rail in [0.95, 1.0, 1.05] {
             let mut wire = MonitorWire::NEW;
-            let end = wire.step(AdcCode(65_520), Millivolts(rail), &FE, None);
-            assert_eq!(end, Monitor::TooHigh, "{rail} mV");
+            let end = wire.step(AdcCode(65_520), rail, &FE, None);
+            assert_eq!(end, Monitor::TooHigh, "{rail}");
         }
     }
 }

@@ -58,14 +58,13 @@ impl Supervisor {
                 false => Fault::AdcStale,
             });
         }
-        if let Some(good) = reading.rail_is_good {
-            self.rail_ticks = match good {
-                true => 0,
-                false => self.rail_ticks.saturating_add(1),
-            };
-        }
-        if self.rail_ticks >= RAIL_TICKS {
-            return Some(Fault::RailOff);
+        if reading.rail_is_off {
+            self.rail_ticks = self.rail_ticks.saturating_add(1);
+            if self.rail_ticks >= RAIL_TICKS {
+                return Some(Fault::RailOff);
+            }
+        } else {
+            self.rail_ticks = 0;
         }
         if let Some(supply) = reading.supply {
             self.supply_ticks = if supply.0 < active.supply_min.0 {
