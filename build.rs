@@ -3,8 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use finger::table::Table;
-
 /// The recipe of the finger that the firmware is for, relative to this package.
 const DEFAULT_RECIPE: &str = "recipes/rtv225.toml";
 
@@ -28,20 +26,22 @@ fn make_tables(recipe: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
     let default = Path::new(env!("CARGO_MANIFEST_DIR")).join(DEFAULT_RECIPE);
     println!("cargo::rerun-if-changed={}", default.display());
-    let wanted = table(recipe)?.to_rust();
+    let wanted = table(recipe)?;
     std::fs::write(out.join("finger_table.rs"), &wanted)?;
     let default = match recipe == default {
         true => wanted,
-        false => table(&default)?.to_rust(),
+        false => table(&default)?,
     };
     std::fs::write(out.join("default_table.rs"), default)?;
     Ok(())
 }
 
-/// The table of a recipe.
-fn table(path: &Path) -> Result<Table, Box<dyn std::error::Error>> {
+/// The table of a recipe as a Rust expression, which the `Debug` form of plain data is.
+fn table(path: &Path) -> Result<String, Box<dyn std::error::Error>> {
     let recipe = finger::recipe::load(path)?;
-    Ok(Table::of(&recipe).map_err(|error| format!("{}: {error}", path.display()))?)
+    let table =
+        finger::table::of(&recipe).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(format!("{table:?}"))
 }
 
 /// The commit that the image is built from, with a plus sign where files differ from it; what is no checkout

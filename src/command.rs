@@ -1,6 +1,6 @@
 //! What the robot wants, and why it may not get it.
 
-use crate::table::{FingerTable, ObjectKind, Range};
+use crate::table::{self, FingerTable, ObjectKind, Range};
 use crate::units::{Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Newtons};
 
 /// How hard to grip.
@@ -55,7 +55,7 @@ impl Payload {
 
     /// Lift at `pressure` beyond the load, as a share of the load; none where the lift is not known.
     pub fn margin(&self, table: &FingerTable, pressure: Kilopascals) -> Option<f32> {
-        let (lift, _) = table.lift(self.kind, pressure)?;
+        let (lift, _) = table::lift(table, self.kind, pressure)?;
         Some(lift.0 / self.load().0.max(LEAST_LOAD_N) - 1.0)
     }
 
@@ -72,10 +72,10 @@ impl Payload {
             return Err(Refusal::PayloadInvalid);
         }
         let wanted = Newtons(self.load().0 * (1.0 + margin));
-        match table.pressure_for_lift(self.kind, wanted) {
+        match table::pressure_for_lift(table, self.kind, wanted) {
             Some((pressure, Range::Inside)) if pressure.0 <= limit.0 => Ok(pressure),
             _ => {
-                let (most, _) = table.lift(self.kind, limit).ok_or(Refusal::LiftUnknown)?;
+                let (most, _) = table::lift(table, self.kind, limit).ok_or(Refusal::LiftUnknown)?;
                 let per_kilogram = (1.0 + margin) * (GRAVITY + self.acceleration.0);
                 Err(Refusal::PayloadTooHeavy {
                     possible: Kilograms(most.0 / per_kilogram),

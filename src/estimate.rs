@@ -7,7 +7,7 @@
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::math::lag_gain;
 use crate::range::{SettingsError, within};
-use crate::table::{FingerTable, Range};
+use crate::table::{self, FingerTable, Range};
 use crate::units::{Degrees, FINGERS, Kilopascals, Microstrain, TICK_US};
 
 /// What the gauges see.
@@ -235,7 +235,7 @@ impl Estimator {
             self.blind_ticks = self.blind_ticks.saturating_add(1);
         }
         let pressure = self.lagged_pressure();
-        let (free, range) = table.free_strain(pressure);
+        let (free, range) = table::free_strain(table, pressure);
         self.free = self.lag.map(|_| match active.gauge_sense {
             GaugeSense::Bend => free,
             GaugeSense::Contact => Microstrain(0.0),
@@ -266,11 +266,12 @@ impl Estimator {
             strains += 1.0;
         }
         if strains > 0.0 && active.gauge_sense == GaugeSense::Bend {
-            let (pressure, _) = table.pressure_for_strain(Microstrain(strain_sum / strains));
-            self.bend = table.bend(pressure).0;
+            let (pressure, _) =
+                table::pressure_for_strain(table, Microstrain(strain_sum / strains));
+            self.bend = table::bend(table, pressure).0;
         } else if active.gauge_sense == GaugeSense::Contact {
             // Such a gauge cannot see bending; the free bend is the best that is known.
-            self.bend = table.bend(pressure).0;
+            self.bend = table::bend(table, pressure).0;
         }
         Contact {
             residual,
@@ -323,7 +324,7 @@ mod tests {
     fn a_free_finger_has_no_residual_and_a_blocked_one_has() {
         let active = active(Settings::default());
         let mut estimator = Estimator::new();
-        let free = FINGER.free_strain(Kilopascals(140.0)).0.0;
+        let free = table::free_strain(&FINGER, Kilopascals(140.0)).0.0;
         let contact = settle(
             &mut estimator,
             &active,
@@ -339,9 +340,9 @@ mod tests {
     fn the_bend_of_a_free_finger_is_the_tables() {
         let active = active(Settings::default());
         let mut estimator = Estimator::new();
-        let free = FINGER.free_strain(Kilopascals(100.0)).0.0;
+        let free = table::free_strain(&FINGER, Kilopascals(100.0)).0.0;
         let contact = settle(&mut estimator, &active, &reading(100.0, [free; 3]));
-        let (bend, _) = FINGER.bend(Kilopascals(100.0));
+        let (bend, _) = table::bend(&FINGER, Kilopascals(100.0));
         assert!((contact.bend.0 - bend.0).abs() < 0.05);
     }
 

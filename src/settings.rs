@@ -1,7 +1,7 @@
 //! What a user may choose, by the stage that uses it; checked once and turned into what the control tick needs.
 
 use crate::frontend::FrontEnd;
-use crate::table::FingerTable;
+use crate::table::{self, FingerTable};
 use crate::units::Kilopascals;
 use crate::{air, detect, estimate, grasp, regulate};
 
@@ -74,7 +74,7 @@ impl Settings {
         // What is the least that may be set.
         settings.grip.grip_pressure_kpa = (GRIP * max).max(1.0);
         settings.grip.regrip_raise_kpa = (1.0 - GRIP) * max;
-        let (free, _) = table.free_strain(Kilopascals(max));
+        let (free, _) = table::free_strain(table, Kilopascals(max));
         let contact_ue = &mut settings.finger.contact_ue;
         *contact_ue = (CONTACT * free.0).clamp(LEAST_CONTACT_UE, *contact_ue);
         let air_loss_kpa = &mut settings.detection.air_loss_kpa;
@@ -132,7 +132,7 @@ mod tests {
     fn shorter(max_pressure_kpa: f32) -> FingerTable {
         let row = |i: usize| {
             let share = i as f32 / (ROWS - 1) as f32;
-            FINGER.row(Kilopascals(share * max_pressure_kpa)).0
+            table::row(&FINGER, Kilopascals(share * max_pressure_kpa)).0
         };
         FingerTable {
             max_pressure_kpa,
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn a_finger_that_strains_little_is_touched_by_less() {
         let table = shorter(30.0);
-        let (free, _) = table.free_strain(Kilopascals(30.0));
+        let (free, _) = table::free_strain(&table, Kilopascals(30.0));
         let settings = Settings::for_finger(&FrontEnd::REFERENCE, &table);
         assert!(settings.finger.contact_ue < 500.0 && settings.finger.contact_ue >= 100.0);
         assert!(settings.finger.contact_ue < 0.5 * free.0, "{free:?}");

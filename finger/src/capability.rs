@@ -5,13 +5,12 @@
 //! Complementarity decides which links touch. The lift of that state carries `m (g + a)`.
 
 use nalgebra::{DMatrix, DVector};
+use softgrip_table::LINKS;
 
-use crate::chain::LINKS;
 use crate::complementarity::complementary;
 use crate::contact::{self, Contact};
 use crate::links;
-pub use crate::object::Object;
-use crate::object::Touch;
+use crate::object::{Object, Touch};
 
 /// Standard gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.806_65;
@@ -19,32 +18,33 @@ pub const GRAVITY_M_S2: f64 = 9.806_65;
 /// A gripper of three equal fingers at one pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grip {
-    /// Link lengths, m.
+    /// Length of each link, from the clamp to the tip, m.
     pub link_length_m: [f64; LINKS],
-    /// Joint stiffness, N·m/rad.
+    /// Torsional stiffness `k_i` of each joint, N·m/rad (eq. 24).
     pub joint_stiffness_nm_per_rad: [f64; LINKS],
-    /// Angles of the free finger's joints at this pressure, rad.
+    /// Angle `φ_i` of each joint of the free finger at this pressure, rad.
     pub free_angle_rad: [f64; LINKS],
     /// Distance of the fingers' clamps from the gripper's axis, m.
     pub palm_radius_m: f64,
-    /// Radius of the links, m.
+    /// Radius of the round links, whose surface touches the object, m.
     pub link_radius_m: f64,
-    /// Coefficient of friction.
+    /// Coefficient of Coulomb friction `μ` between finger and object; not negative.
     pub friction: f64,
 }
 
-/// The gripper at rest against an object that is about to slide.
+/// The gripper in equilibrium with an object that is about to slide towards the tips. The three fingers are
+/// alike, so everything but the lift is of one of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hold {
     /// Distance of the object's centre below the palm, m.
     pub depth_m: f64,
-    /// Angles of a finger's joints, rad.
+    /// Angle `φ'_i` of each joint, from the clamp to the tip, rad.
     pub joint_angle_rad: [f64; LINKS],
-    /// The contacts of a finger that press, with their friction.
+    /// The contacts that press, with friction used up: `f = −μ N`. Empty where the finger does not touch.
     pub contacts: Vec<Contact>,
-    /// Their normal forces, N.
+    /// Normal force `N` of each of them, N.
     pub normal_n: Vec<f64>,
-    /// Force of the three fingers against gravity, N.
+    /// Force of the three fingers against gravity, N (eq. 35, corrected: [`contact::lift_n`]).
     pub lift_n: f64,
 }
 
@@ -54,14 +54,14 @@ pub enum GripError {
     /// A dimension, stiffness, angle or coefficient is out of range.
     #[error("{name} = {value}: must be {expected}")]
     Value {
-        /// The quantity.
+        /// Which one, as messages call it.
         name: &'static str,
-        /// Its value, SI.
+        /// Its value: m, rad, N·m/rad, or without unit.
         value: f64,
         /// What would be right.
         expected: &'static str,
     },
-    /// The object overlaps the straight fingers.
+    /// The object overlaps the fingers before they bend: it is too wide for the palm.
     #[error("the object overlaps the open fingers by {:.3} mm", 1e3 * overlap_m)]
     Overlap {
         /// By how much, m.
@@ -76,14 +76,15 @@ pub enum GripError {
 }
 
 impl Hold {
-    /// The largest mass, kg, that the hold lifts at an upward acceleration, m/s².
+    /// The largest mass, kg, that the hold lifts at an upward acceleration `a`, m/s²: its weight and inertia
+    /// `m (g + a)` are the lift (eq. 35).
     pub fn max_mass_kg(&self, acceleration_m_s2: f64) -> f64 {
         self.lift_n / (GRAVITY_M_S2 + acceleration_m_s2)
     }
 }
 
 impl Grip {
-    /// Closes the fingers on an object with its centre `depth_m` below the palm.
+    /// Closes the open fingers on an object with its centre held `depth_m`, m, below the palm.
     ///
     /// # Errors
     /// [`GripError`], if a dimension is wrong, the object does not fit between the open fingers, or

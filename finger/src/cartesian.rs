@@ -39,9 +39,9 @@ pub enum CartesianError {
     /// Length, stiffness or moment is out of range.
     #[error("{name} = {value}: must be finite and {expected}")]
     Input {
-        /// The quantity.
+        /// Which one, as messages call it.
         name: &'static str,
-        /// Its value, SI.
+        /// Its value: m, N·m or N·m².
         value: f64,
         /// What would be right.
         expected: &'static str,

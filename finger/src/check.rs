@@ -4,11 +4,11 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{field} = {value}: {expected}")]
 pub struct FieldError {
-    /// The field, as a path in the recipe.
+    /// The field, as a path in the recipe such as `station[1].at_mm`.
     pub field: String,
     /// Its value, in the recipe's unit.
     pub value: f64,
-    /// What would be right.
+    /// What would be right, as the rest of the message.
     pub expected: String,
 }
 

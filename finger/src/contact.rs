@@ -10,7 +10,8 @@
 //! The paper subtracts only the next joint's torque, counts the next contact twice and leaves friction out.
 //! The links' weights (a few percent of the joints' torques) are left out here.
 
-use crate::chain::LINKS;
+use softgrip_table::LINKS;
+
 use crate::links;
 
 /// Fingers of the gripper, evenly spaced around the object.
@@ -21,7 +22,7 @@ pub const FINGERS: f64 = 3.0;
 pub struct Contact {
     /// The link, counted from 0 at the clamp.
     pub link: usize,
-    /// The point of contact `r`, m.
+    /// The point of contact `r` in the finger's plane, m.
     pub point_m: [f64; 2],
     /// Unit normal into the object.
     pub normal: [f64; 2],
@@ -29,7 +30,7 @@ pub struct Contact {
     pub friction_n: f64,
 }
 
-/// What the finger does to the object.
+/// The normal forces of a finger's contacts, and what they leave unbalanced.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Balance {
     /// Normal force of each contact, N, in the order in which the contacts were given.
@@ -45,27 +46,27 @@ pub enum ContactError {
     /// The chain has no such link.
     #[error("contact on link {link}: links are 0 to {}", LINKS - 1)]
     NoSuchLink {
-        /// The link asked for.
+        /// The link asked for, counted from 0 at the clamp.
         link: usize,
     },
     /// One joint cannot tell two contacts apart.
     #[error("two contacts on link {link}: give one contact a link, in order from the clamp")]
     Order {
-        /// The link of the second one.
+        /// The link of the second one, counted from 0 at the clamp.
         link: usize,
     },
     /// The contact's normal passes through the joint.
     #[error("the contact on link {link} has no lever about its joint")]
     NoLever {
-        /// The link.
+        /// The link, counted from 0 at the clamp.
         link: usize,
     },
     /// A contact cannot pull.
     #[error("the contact on link {link} would have to pull with {:.3} N", -normal_n)]
     Pulls {
-        /// The link.
+        /// The link, counted from 0 at the clamp.
         link: usize,
-        /// The normal force that would balance, N.
+        /// The normal force that would balance, N; negative.
         normal_n: f64,
     },
 }
@@ -76,7 +77,7 @@ impl Contact {
         [self.normal[1], -self.normal[0]]
     }
 
-    /// Force on the object, N, for a normal force.
+    /// Force `N n + f t` of the finger on the object, N, for a normal force `N`, N.
     pub fn force_n(&self, normal_n: f64) -> [f64; 2] {
         let tangent = self.tangent();
         [0, 1].map(|axis| normal_n * self.normal[axis] + self.friction_n * tangent[axis])
@@ -88,8 +89,9 @@ pub(crate) fn moment(r: [f64; 2], a: [f64; 2], d: [f64; 2]) -> f64 {
     (r[0] - a[0]) * d[1] - (r[1] - a[1]) * d[0]
 }
 
-/// Normal forces of contacts with known friction on a chain whose joints are held at
-/// `held_angle_rad` and would be at `free_angle_rad` without them; at most one contact a link, in order.
+/// Normal forces of contacts with known friction on a chain whose joints are held at `held_angle_rad` and
+/// would be at `free_angle_rad` without them (eqs. 30–34, corrected as above). At most one contact a link, in
+/// order from the clamp: lengths in m, stiffnesses in N·m/rad, joint angles in rad.
 ///
 /// # Errors
 /// [`ContactError`], if the contacts are out of order, have no lever, or would have to pull.
@@ -159,8 +161,8 @@ pub fn lift_n(contacts: &[Contact], normal_n: &[f64]) -> f64 {
     -FINGERS * down
 }
 
-/// Whether no contact slips: `|f_j| ≤ μ N_j` at each of them (eqs. 36–37, which sum over the contacts
-/// although one may slip while another has friction to spare).
+/// Whether no contact slips at the coefficient of friction `μ`: `|f_j| ≤ μ N_j` at each of them (eqs. 36–37,
+/// which sum over the contacts although one may slip while another has friction to spare).
 pub fn is_stable(contacts: &[Contact], normal_n: &[f64], friction: f64) -> bool {
     contacts
         .iter()

@@ -9,7 +9,8 @@ pub struct MonotoneCubic {
 }
 
 impl MonotoneCubic {
-    /// Interpolates `points`, in strictly rising `x` and non-falling `y`, and starts with slope zero.
+    /// Interpolates `points` `(x, y)`, in strictly rising `x` and non-falling `y`, and starts with slope zero:
+    /// a finger's torque does, whose curvature grows with the square of a small pressure (see [`crate::yeoh`]).
     ///
     /// # Panics
     /// With fewer than two points; the callers have validated them.
@@ -47,7 +48,7 @@ impl MonotoneCubic {
             + self.slope[i + 1] * h * (t3 - t2)
     }
 
-    /// The largest `x` of the points.
+    /// The largest `x` of the points, beyond which the value is constant.
     pub fn end(&self) -> f64 {
         self.x[self.x.len() - 1]
     }

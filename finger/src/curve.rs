@@ -9,9 +9,9 @@
 pub struct Curve {
     /// Arc lengths from the clamp, m.
     pub arc_m: Vec<f64>,
-    /// Angle to the unbent finger at each, rad.
+    /// Angle `θ` to the unbent finger at each of them, rad.
     pub angle_rad: Vec<f64>,
-    /// Position at each, m.
+    /// Position at each of them, m.
     pub position_m: Vec<[f64; 2]>,
 }
 
@@ -29,7 +29,7 @@ pub enum CurveError {
     /// The force is not a number, or so large that the shape cannot be followed.
     #[error("a tip force of {force_n} N gives no shape that can be followed")]
     Force {
-        /// The force, N.
+        /// The force asked for, N.
         force_n: f64,
     },
 }
@@ -48,8 +48,8 @@ pub fn grid(breaks_m: &[f64]) -> Vec<f64> {
 }
 
 impl Curve {
-    /// Integrates `θ'(s) = κ(s)` over `arc_m` from the angle at the clamp, rad. The curvature, rad/m, may jump at points of the grid:
-    /// it is only asked for between them.
+    /// Integrates `θ'(s) = κ(s)` over the grid `arc_m`, m, from the angle at the clamp, rad. The curvature,
+    /// rad/m, may jump at points of the grid: it is only asked for between them.
     pub fn from_curvature(
         arc_m: Vec<f64>,
         clamp_angle_rad: f64,
@@ -135,7 +135,7 @@ impl Curve {
         }
     }
 
-    /// Angle at arc length `s`, rad; held constant outside the finger.
+    /// Angle `θ` at arc length `s`, m, in rad: linear between the points of the grid, constant outside the finger.
     pub fn angle_at(&self, s: f64) -> f64 {
         let last = self.arc_m.len() - 1;
         let i = self
@@ -150,12 +150,12 @@ impl Curve {
         self.angle_rad[i] + t * (self.angle_rad[i + 1] - self.angle_rad[i])
     }
 
-    /// The tip, m.
+    /// Position of the tip, m: along the unbent finger and towards the inside of the bend.
     pub fn tip_m(&self) -> [f64; 2] {
         self.position_m[self.position_m.len() - 1]
     }
 
-    /// Angle of the tip, rad.
+    /// Angle of the tip to the unbent finger, rad.
     pub fn tip_angle_rad(&self) -> f64 {
         self.angle_rad[self.angle_rad.len() - 1]
     }

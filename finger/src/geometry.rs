@@ -1,9 +1,11 @@
 //! The finger along its length: sections, rubber, tip and root, and what follows without solving anything.
 
 use serde::Deserialize;
+use softgrip_table::LINKS;
 
-use crate::chain::{Gauge, Grasp, LINKS};
+use crate::chain::Gauge;
 use crate::check::{FieldError, within, wrong};
+use crate::grasp::Grasp;
 use crate::hyperelastic::Rubber;
 use crate::links;
 use crate::material::RubberPart;
@@ -99,7 +101,7 @@ pub struct Geometry {
     pub youngs_modulus_pa: f64,
     /// The rubber at large strain, for the inflation.
     pub rubber: Rubber,
-    /// The recipe's field that tells it, for messages.
+    /// The recipe's field that gives the rubber, for messages.
     pub rubber_field: &'static str,
     /// Density, kg/m³.
     pub density_kg_per_m3: f64,
@@ -108,7 +110,7 @@ pub struct Geometry {
 }
 
 impl Description {
-    /// Checks every value.
+    /// Checks every value but those of the grasp, and brings them to SI units.
     ///
     /// # Errors
     /// [`FieldError`], which names the first wrong field and what would be right.
@@ -192,7 +194,7 @@ impl Description {
 }
 
 impl Geometry {
-    /// Length of the finger, m.
+    /// Length of the finger from the clamp to the tip, m: that of its links.
     pub fn length_m(&self) -> f64 {
         self.link_length_m.iter().sum()
     }
@@ -214,7 +216,7 @@ impl Geometry {
         }
     }
 
-    /// Area of rubber at `s`, m².
+    /// Area of rubber at `s`, m, in m²: solid beyond the bore, less the chamfer at the tip.
     pub fn area_m2(&self, s: f64) -> f64 {
         if s < self.bore_end_m {
             self.section(s).area_m2()
@@ -225,7 +227,7 @@ impl Geometry {
         }
     }
 
-    /// Bending stiffness `E I(s)` at small strain, N·m².
+    /// Bending stiffness `E I(s)` at small strain at `s`, m, in N·m² (eqs. 38–45).
     pub fn bending_stiffness_nm2(&self, s: f64) -> f64 {
         let moment = if s < self.bore_end_m {
             self.section(s).second_moment_m4()

@@ -1,14 +1,8 @@
 //! Rubber by Yeoh (1993), Mooney and Rivlin, or Ogden (1972) with a volumetric penalty, in the deformations
 //! of a plane section.
 
-use nalgebra::{SMatrix, SVector};
-
+use crate::deformation::{Gradient, Tangent};
 use crate::ogden::{Term, Terms};
-
-/// The deformation gradient of a section: `F₁₁ F₁₂ F₂₁ F₂₂ F₃₃`; the other components are zero.
-pub(crate) type Gradient = SVector<f64, 5>;
-/// Second derivatives against [`Gradient`].
-pub(crate) type Tangent = SMatrix<f64, 5, 5>;
 
 /// The energy density of an isotropic rubber at constant volume, of the stretches `λ̄ = J^(−1/3) λ`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +76,8 @@ impl Rubber {
         }
     }
 
-    /// The rubber that is stiffer by `factor` at every strain.
+    /// The rubber whose energy at constant volume is `factor` times this one's at every strain; the bulk
+    /// modulus stays.
     pub fn scaled(&self, factor: f64) -> Self {
         let energy = match &self.energy {
             Energy::Yeoh(constants) => Energy::Yeoh(constants.map(|c| factor * c)),
@@ -163,7 +158,7 @@ fn yeoh(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stability::principal_stretches;
+    use crate::deformation::principal_stretches;
     use proptest::prelude::*;
 
     fn energy(rubber: &Rubber, f: &Gradient) -> f64 {

@@ -1,32 +1,51 @@
 //! Model of one pneumatic soft finger (std, f64): from a recipe to the table that the controller carries.
 //!
 //! ```text
-//! recipe (TOML) -> chain of links and springs -> table on a pressure grid
+//! recipe (TOML) -> geometry -> sections under pressure -> curvature -> chain of links and springs
+//!               -> grasp of three fingers -> table on a pressure grid
 //! ```
+//!
+//! SI units throughout; a name ends in its unit, as `bore_radius_m` does. Equations, sections and tables are
+//! those of the paper; where it is wrong, the module that corrects it says so.
 #![forbid(unsafe_code)]
 
+// Each group is built on those above it.
+
+// Mathematics, and checks of values.
 mod bordered;
-pub mod capability;
-pub mod cartesian;
-pub mod chain;
 pub mod check;
 mod complementarity;
-pub mod contact;
 pub mod cubic;
 pub mod curve;
-pub mod geometry;
+
+// Rubber.
+mod deformation;
 pub mod hyperelastic;
-pub mod links;
 pub mod material;
+pub mod ogden;
+mod stability;
+
+// A section under pressure.
 pub mod mesh;
+mod potential;
+pub mod section;
+pub mod yeoh;
+
+// The chain that stands for the finger.
+pub mod chain;
+pub mod links;
+pub mod stiffness;
+
+// Three chains around an object.
+pub mod capability;
+pub mod contact;
+pub mod grasp;
+pub mod object;
+
+// From a recipe to the table.
+pub mod cartesian;
+pub mod geometry;
 pub mod model;
 mod mounting;
-mod object;
-pub mod ogden;
-mod potential;
 pub mod recipe;
-pub mod section;
-mod stability;
-pub mod stiffness;
 pub mod table;
-pub mod yeoh;

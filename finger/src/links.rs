@@ -4,10 +4,11 @@
 //! half a link beyond each joint. Its eq. 20 takes an arctangent that cannot pass 90°, and eqs. 22–23 sum
 //! link angles where joint angles belong; here `Φ_i = θ(s_i)`, `φ_i = Φ_i − Φ_{i−1}`.
 
-use crate::chain::LINKS;
+use softgrip_table::LINKS;
+
 use crate::curve::Curve;
 
-/// Arc length of each link's mid-point, m from the clamp.
+/// Arc length of each link's mid-point, m from the clamp, from the links' lengths, m.
 pub fn midpoints_m(link_length_m: &[f64; LINKS]) -> [f64; LINKS] {
     let mut joint = 0.0;
     link_length_m.map(|length| {
@@ -16,12 +17,13 @@ pub fn midpoints_m(link_length_m: &[f64; LINKS]) -> [f64; LINKS] {
     })
 }
 
-/// Angle `Φ_i` of each link to the unbent finger, rad.
+/// Angle `Φ_i = θ(s_i)` of each link to the unbent finger, rad: that of the curve at the link's mid-point
+/// (eqs. 17–21, corrected).
 pub fn link_angles_rad(curve: &Curve, link_length_m: &[f64; LINKS]) -> [f64; LINKS] {
     midpoints_m(link_length_m).map(|s| curve.angle_at(s))
 }
 
-/// Angle `φ_i` of each joint, rad.
+/// Angle `φ_i = Φ_i − Φ_{i−1}` of each joint, rad, from the links' angles (eqs. 22 and 23, corrected).
 pub fn joint_angles_rad(link_angle_rad: &[f64; LINKS]) -> [f64; LINKS] {
     let mut before = 0.0;
     link_angle_rad.map(|angle| angle - std::mem::replace(&mut before, angle))

@@ -1,6 +1,8 @@
 //! From a finger's geometry to its equivalent chain at given pressures.
 
-use crate::chain::{Chain, LINKS};
+use softgrip_table::{LINKS, ROWS};
+
+use crate::chain::Chain;
 use crate::cubic::MonotoneCubic;
 use crate::curve::{self, Curve, CurveError};
 use crate::geometry::Geometry;
@@ -15,7 +17,7 @@ const SPACING_M: f64 = 11.5e-3;
 
 /// Pressures at which a chain's torques are solved: twice as fine as the table, so that the table's
 /// interpolation error is measured against solved pressures between its rows.
-const KNOTS: usize = 2 * (crate::table::ROWS - 1);
+const KNOTS: usize = 2 * (ROWS - 1);
 
 /// Why a finger has no chain.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -25,7 +27,7 @@ pub enum ModelError {
     Inflation {
         /// Where, m from the clamp.
         arc_m: f64,
-        /// Why.
+        /// What the section's solver says.
         source: InflationError,
     },
     /// The rubber's strain energy describes no material at the stretches that a section reaches.
@@ -38,7 +40,7 @@ pub enum ModelError {
         field: &'static str,
         /// Where, m from the clamp.
         arc_m: f64,
-        /// [`InflationError::Unstable`].
+        /// [`InflationError::Unstable`], with stretches and pressure.
         reason: InflationError,
     },
     /// The virtual load gives no shape.
@@ -83,20 +85,20 @@ pub struct Bend {
 /// A finger as an equivalent chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solved {
-    /// Link lengths, m.
+    /// Length of each link, m.
     pub link_length_m: [f64; LINKS],
-    /// Link masses, kg.
+    /// Mass of each link, kg (table 1).
     pub link_mass_kg: [f64; LINKS],
-    /// Stiffness `k_i` of each joint, N·m/rad.
+    /// Stiffness `k_i` of each joint, N·m/rad, by virtual loading (table 2).
     pub joint_stiffness_nm_per_rad: [f64; LINKS],
     /// Arc lengths of the sections that were solved, from the clamp to the end of the bore, m.
     pub arc_m: Vec<f64>,
-    /// One for each pressure asked for.
+    /// The free finger at each pressure asked for, in their order.
     pub bends: Vec<Bend>,
 }
 
 impl Solved {
-    /// Distance between the tips of chain and centreline, as a share of the length.
+    /// Distance between the tips of chain and centreline in one of these bends, as a share of the length.
     pub fn chain_tip_error(&self, bend: &Bend) -> f64 {
         let link_angle = links::link_angles_rad(&bend.curve, &self.link_length_m);
         let [x, y] = links::joints_m(&self.link_length_m, &link_angle)[LINKS];
@@ -106,7 +108,8 @@ impl Solved {
 }
 
 impl Geometry {
-    /// Solves the finger at `pressures_kpa`, in rising order.
+    /// Solves the free finger at `pressures_kpa`, kPa, in rising order: curvature from its sections, centreline
+    /// from the curvature, link angles from the centreline, stiffness by virtual loading.
     ///
     /// # Errors
     /// [`ModelError`]: a section balloons below the highest pressure, pressures do not rise, or the
@@ -146,7 +149,8 @@ impl Geometry {
         })
     }
 
-    /// The chain of the finger up to `max_pressure_kpa`.
+    /// The chain of the finger up to `max_pressure_kpa`, kPa, solved on the grid of the controller's table and
+    /// half-way between its rows.
     ///
     /// # Errors
     /// As [`Geometry::solve`].

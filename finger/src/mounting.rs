@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
-use crate::capability::Object;
-use crate::chain::{Gauge, Grasp, Gripped};
+use crate::chain::Gauge;
 use crate::check::{FieldError, within, wrong};
+use crate::grasp::{Grasp, Gripped};
+use crate::object::Object;
 
 /// The strain gauge's place.
 #[derive(Debug, Clone, Deserialize)]

@@ -1,9 +1,10 @@
 //! Objects between the fingers, in a finger's plane, and where a chain of round links touches them.
 
-use crate::chain::LINKS;
+use softgrip_table::LINKS;
+
 use crate::contact::Contact;
 
-/// An object on the gripper's axis.
+/// Shape and size of an object that is centred on the gripper's axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Object {
     /// A sphere.

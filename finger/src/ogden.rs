@@ -11,9 +11,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::hyperelastic::{Gradient, Tangent};
+use crate::deformation::{Gradient, Tangent};
 
-/// Most terms of an energy.
+/// Most terms of an energy: as many as Abaqus takes.
 pub const TERMS: usize = 6;
 
 /// One term, `2μ/α² (λ̄₁^α + λ̄₂^α + λ̄₃^α − 3)`.
@@ -25,7 +25,7 @@ pub struct Term {
     pub alpha: f64,
 }
 
-/// Up to [`TERMS`] terms.
+/// A sum of up to [`TERMS`] terms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Terms {
     terms: [Term; TERMS],
@@ -33,7 +33,7 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// The first [`TERMS`] of these.
+    /// The sum of the first [`TERMS`] of these; what comes after them is dropped.
     pub fn new(terms: impl IntoIterator<Item = Term>) -> Self {
         let nothing = Term {
             mu_pa: 0.0,
@@ -50,7 +50,7 @@ impl Terms {
         list
     }
 
-    /// The terms.
+    /// The terms in the order in which they were given.
     pub fn as_slice(&self) -> &[Term] {
         &self.terms[..self.len]
     }

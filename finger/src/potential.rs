@@ -3,9 +3,9 @@
 use nalgebra::{DVector, SMatrix, SVector};
 
 use crate::bordered::Bordered;
-use crate::hyperelastic::{Gradient, Rubber};
+use crate::deformation::{Gradient, principal_stretches};
+use crate::hyperelastic::Rubber;
 use crate::mesh::{ElementNodes, Mesh, Point};
-use crate::stability::principal_stretches;
 
 /// Positions of the nodes, then `λ` and `κ`.
 pub(crate) type Unknowns = DVector<f64>;

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
+use softgrip_table::LINKS;
 
-use crate::chain::{Chain, Grasp, LINKS};
+use crate::chain::Chain;
 use crate::check::{FieldError, each_within, within, wrong};
 use crate::cubic::MonotoneCubic;
 use crate::geometry::{Description, Geometry};
+use crate::grasp::Grasp;
 use crate::model::ModelError;
 use crate::mounting::{GaugePart, GraspPart};
 
@@ -18,7 +20,7 @@ pub enum RecipeError {
     /// The file cannot be read.
     #[error("{}: {error}", path.display())]
     Read {
-        /// The recipe file.
+        /// The recipe's file.
         path: PathBuf,
         /// What the system said.
         error: std::io::Error,
@@ -26,7 +28,7 @@ pub enum RecipeError {
     /// The file is not TOML, or a field is missing, unknown or of the wrong type.
     #[error("{}: {message}", path.display())]
     Parse {
-        /// The recipe file.
+        /// The recipe's file.
         path: PathBuf,
         /// The parser's message, with line and column.
         message: String,
@@ -34,7 +36,7 @@ pub enum RecipeError {
     /// A value that no finger can have.
     #[error("{}: {error}", path.display())]
     Value {
-        /// The recipe file.
+        /// The recipe's file.
         path: PathBuf,
         /// The field, and what would be right.
         error: FieldError,
@@ -42,9 +44,9 @@ pub enum RecipeError {
     /// The model of a geometry recipe has no answer.
     #[error("{}: {error}", path.display())]
     Model {
-        /// The recipe file.
+        /// The recipe's file.
         path: PathBuf,
-        /// Where and at which pressure.
+        /// Which part of the model, where along the finger, and at which pressure.
         error: ModelError,
     },
 }
@@ -56,7 +58,7 @@ pub struct Recipe {
     pub name: String,
     /// First eight bytes of the SHA-256 of the file.
     pub inputs_hash: u64,
-    /// The finger.
+    /// The finger as links and springs.
     pub chain: Chain,
     /// The gripper that three such fingers make, if the recipe says.
     pub grasp: Option<Grasp>,
@@ -111,7 +113,10 @@ struct Torque {
     torque_nmm: [f64; LINKS],
 }
 
-/// Reads and checks the recipe at `path`.
+/// Reads and checks the recipe at `path`, and computes the chain of one that is given by its geometry.
+///
+/// # Errors
+/// [`RecipeError`], which names the file and, as far as there is one, the field and what would be right.
 pub fn load(path: &Path) -> Result<Recipe, RecipeError> {
     let text = std::fs::read_to_string(path).map_err(|error| RecipeError::Read {
         path: path.to_path_buf(),
@@ -120,7 +125,10 @@ pub fn load(path: &Path) -> Result<Recipe, RecipeError> {
     parse(path, &text)
 }
 
-/// Checks the recipe `text`; `path` is for messages.
+/// The same for a recipe's `text`; `path` is for messages.
+///
+/// # Errors
+/// As [`load`], except [`RecipeError::Read`].
 pub fn parse(path: &Path, text: &str) -> Result<Recipe, RecipeError> {
     let value = |error| RecipeError::Value {
         path: path.to_path_buf(),

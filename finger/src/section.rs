@@ -33,7 +33,7 @@ pub enum SectionError {
     /// A dimension is negative, not finite, or an outer radius of zero.
     #[error("{name} = {value}: must be finite and {expected}")]
     Dimension {
-        /// The dimension.
+        /// Which one, as messages call it.
         name: &'static str,
         /// Its value, m or rad.
         value: f64,
@@ -105,7 +105,7 @@ impl Section {
         Ok(())
     }
 
-    /// The same outline without a bore.
+    /// The section with the same outline and no bore: what it is beyond the bore's end.
     pub fn solid(&self) -> Self {
         Self {
             bore_radius_m: 0.0,

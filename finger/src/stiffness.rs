@@ -6,7 +6,8 @@
 //! mass where all of them hang) are left out on both sides: they would have to bend the elastica too, and
 //! in a linear joint they cancel.
 
-use crate::chain::LINKS;
+use softgrip_table::LINKS;
+
 use crate::curve::{Curve, CurveError};
 use crate::links;
 

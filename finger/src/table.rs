@@ -1,14 +1,11 @@
-//! The table that the controller carries: the model on a uniform pressure grid.
+//! The model of a finger on the pressure grid of the controller's table.
 
-use std::fmt::Write;
+use softgrip_table::{FingerTable, LINKS, OBJECTS, ROWS, Row};
 
 use crate::capability::GripError;
-use crate::chain::{Chain, Grasp, Gripped, LINKS};
+use crate::chain::Chain;
+use crate::grasp::{Grasp, Gripped};
 use crate::recipe::Recipe;
-
-/// Rows of the table: 2 kPa apart for a finger up to 160 kPa. That keeps linear interpolation within
-/// 0.1 % of full scale and the table within 4 KiB.
-pub const ROWS: usize = 81;
 
 /// Steps between two rows in which the interpolation is compared with the model: sixteen find the largest
 /// deviation of a smooth column to better than 1 %.
@@ -17,144 +14,75 @@ const BETWEEN: usize = 16;
 /// Least full scale of a column, in its unit: a finger that does not bend has none.
 const LEAST_SCALE: f64 = 1e-3;
 
-/// One pressure of the table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
-    /// Gauge strain of the free finger, µε.
-    pub free_strain_ue: f32,
-    /// Angle of the last link, degrees.
-    pub tip_angle_deg: f32,
-    /// Tip along the unbent finger and towards the inside of the bend, mm.
-    pub tip_mm: [f32; 2],
-    /// Joint torques, N·mm.
-    pub torque_nmm: [f32; LINKS],
-    /// Force of three fingers against gravity on the sphere and on the cylinder, N; zero where it is
-    /// not known.
-    pub lift_n: [f32; 2],
-}
-
-/// The table and where it comes from.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Table {
-    /// Name of the recipe.
-    pub recipe: String,
-    /// First eight bytes of the SHA-256 of the recipe.
-    pub inputs_hash: u64,
-    /// Largest deviation of the interpolated table from the model, in percent of each column's full
-    /// scale; lift apart.
-    pub error_bound_percent: f32,
-    /// The same for the lift half-way between rows. It sets in with a kink where fingers first touch.
-    pub lift_error_percent: f32,
-    /// Rows, from the first on, whose lift of the sphere and of the cylinder is known: none without a
-    /// grasp in the recipe, not all where fingers and object find no equilibrium.
-    pub lift_rows: [u8; 2],
-    /// Pressure of the last row, kPa; the first is at zero.
-    pub max_pressure_kpa: f32,
-    /// Joint stiffness, N·mm/deg.
-    pub stiffness_nmm_per_deg: [f32; LINKS],
-    /// The model at evenly spaced pressures.
-    pub rows: [Row; ROWS],
-}
-
-impl Table {
-    /// Tabulates the finger of `recipe`.
-    ///
-    /// # Errors
-    /// [`GripError`], if a dimension of the grasp is wrong.
-    pub fn of(recipe: &Recipe) -> Result<Self, GripError> {
-        let chain = &recipe.chain;
-        let max = chain.max_pressure_kpa();
-        let step = max / (ROWS - 1) as f64;
-        let mut rows: [Row; ROWS] = std::array::from_fn(|i| row(chain, step * i as f64));
-        let (mut lift_error, mut full_lift) = (0.0, f32::MIN_POSITIVE);
-        let mut lift_rows = [0; 2];
-        if let Some(grasp) = &recipe.grasp {
-            for (k, gripped) in [grasp.sphere, grasp.cylinder].into_iter().enumerate() {
-                let (lift_n, error) = lift(chain, grasp, gripped)?;
-                for (row, lift) in rows.iter_mut().zip(&lift_n) {
-                    row.lift_n[k] = *lift;
-                    full_lift = full_lift.max(*lift);
-                }
-                lift_rows[k] = lift_n.len() as u8;
-                lift_error = f64::max(lift_error, error);
+/// Tabulates the finger of `recipe`.
+///
+/// The recipe's name is never freed: it is for a table that lives as long as the program, or becomes a
+/// constant of another one.
+///
+/// # Errors
+/// [`GripError`], if a dimension of the grasp is wrong.
+pub fn of(recipe: &Recipe) -> Result<FingerTable, GripError> {
+    let chain = &recipe.chain;
+    let max = chain.max_pressure_kpa();
+    let step = max / (ROWS - 1) as f64;
+    let mut rows: [Row; ROWS] = std::array::from_fn(|i| row(chain, step * i as f64));
+    let (mut lift_error, mut full_lift) = (0.0, f32::MIN_POSITIVE);
+    let mut lift_rows = [0; OBJECTS];
+    if let Some(grasp) = &recipe.grasp {
+        for (k, gripped) in [grasp.sphere, grasp.cylinder].into_iter().enumerate() {
+            let (lift_n, error) = lift(chain, grasp, gripped)?;
+            for (row, lift) in rows.iter_mut().zip(&lift_n) {
+                row.lift_n[k] = *lift;
+                full_lift = full_lift.max(*lift);
             }
+            lift_rows[k] = lift_n.len() as u8;
+            lift_error = f64::max(lift_error, error);
         }
-        let mut table = Self {
-            recipe: recipe.name.clone(),
-            inputs_hash: recipe.inputs_hash,
-            error_bound_percent: 0.0,
-            lift_error_percent: 100.0 * lift_error as f32 / full_lift,
-            lift_rows,
-            max_pressure_kpa: max as f32,
-            stiffness_nmm_per_deg: chain
-                .joint_stiffness_nm_per_rad
-                .map(|k| (1e3 * k * 1f64.to_radians()) as f32),
-            rows,
-        };
-        let worst = table
-            .interpolation_error_percent(chain)
-            .into_iter()
-            .fold(0.0, |worst: f64, (_, error)| worst.max(error));
-        table.error_bound_percent = worst as f32;
-        Ok(table)
     }
+    let mut table = FingerTable {
+        recipe: recipe.name.clone().leak(),
+        inputs_hash: recipe.inputs_hash,
+        error_bound_percent: 0.0,
+        lift_error_percent: 100.0 * lift_error as f32 / full_lift,
+        lift_rows,
+        max_pressure_kpa: max as f32,
+        stiffness_nmm_per_deg: chain
+            .joint_stiffness_nm_per_rad
+            .map(|k| (1e3 * k * 1f64.to_radians()) as f32),
+        rows,
+    };
+    let worst = interpolation_error_percent(&table, chain)
+        .into_iter()
+        .fold(0.0, |worst: f64, (_, error)| worst.max(error));
+    table.error_bound_percent = worst as f32;
+    Ok(table)
+}
 
-    /// Largest error over all columns but the lift at pressures on and between the rows:
-    /// `(pressure kPa, percent of full scale)`.
-    pub fn interpolation_error_percent(&self, chain: &Chain) -> Vec<(f64, f64)> {
-        // The tip moves on a circle of about the finger's length: along the finger its full scale is
-        // that length, which the first row holds.
-        let (first, last) = (columns(&self.rows[0]), columns(&self.rows[ROWS - 1]));
-        let points = BETWEEN * (ROWS - 1);
-        (0..=points)
-            .map(|k| {
-                let position = k as f64 / BETWEEN as f64;
-                let pressure = f64::from(self.max_pressure_kpa) * position / (ROWS - 1) as f64;
-                let i = (position as usize).min(ROWS - 2);
-                let t = position - i as f64;
-                let (low, high) = (columns(&self.rows[i]), columns(&self.rows[i + 1]));
-                let model = columns(&row(chain, pressure));
-                let worst = (0..model.len())
-                    .map(|c| {
-                        let table = low[c] + t * (high[c] - low[c]);
-                        let scale = last[c].abs().max(first[c].abs());
-                        100.0 * (table - model[c]).abs() / scale.max(LEAST_SCALE)
-                    })
-                    .fold(0.0, f64::max);
-                (pressure, worst)
-            })
-            .collect()
-    }
-
-    /// The highest pressure at which the lift of the sphere and of the cylinder is known, kPa; none
-    /// without a grasp in the recipe.
-    pub fn lift_known_to_kpa(&self) -> [Option<f32>; 2] {
-        let step = self.max_pressure_kpa / (ROWS - 1) as f32;
-        self.lift_rows
-            .map(|rows| rows.checked_sub(1).map(|last| step * f32::from(last)))
-    }
-
-    /// The table as a Rust expression of the type `FingerTable` in the controller's library.
-    pub fn to_rust(&self) -> String {
-        let mut out = String::new();
-        // Writing to a String cannot fail.
-        let _ = writeln!(
-            out,
-            "FingerTable {{\n    recipe: {:?},\n    inputs_hash: {:#018x},\n    error_bound_percent: {:?},\n    lift_error_percent: {:?},\n    lift_rows: {:?},\n    max_pressure_kpa: {:?},\n    stiffness_nmm_per_deg: {:?},\n    rows: [",
-            self.recipe,
-            self.inputs_hash,
-            self.error_bound_percent,
-            self.lift_error_percent,
-            self.lift_rows,
-            self.max_pressure_kpa,
-            self.stiffness_nmm_per_deg,
-        );
-        for row in &self.rows {
-            let _ = writeln!(out, "        {row:?},");
-        }
-        out.push_str("    ],\n}\n");
-        out
-    }
+/// Largest error over all columns but the lift at pressures on and between the rows, in rising order:
+/// `(pressure kPa, percent of full scale)`, of a table that was made from this `chain`.
+pub fn interpolation_error_percent(table: &FingerTable, chain: &Chain) -> Vec<(f64, f64)> {
+    // The tip moves on a circle of about the finger's length: along the finger its full scale is
+    // that length, which the first row holds.
+    let (first, last) = (columns(&table.rows[0]), columns(&table.rows[ROWS - 1]));
+    let points = BETWEEN * (ROWS - 1);
+    (0..=points)
+        .map(|k| {
+            let position = k as f64 / BETWEEN as f64;
+            let pressure = f64::from(table.max_pressure_kpa) * position / (ROWS - 1) as f64;
+            let i = (position as usize).min(ROWS - 2);
+            let t = position - i as f64;
+            let (low, high) = (columns(&table.rows[i]), columns(&table.rows[i + 1]));
+            let model = columns(&row(chain, pressure));
+            let worst = (0..model.len())
+                .map(|c| {
+                    let value = low[c] + t * (high[c] - low[c]);
+                    let scale = last[c].abs().max(first[c].abs());
+                    100.0 * (value - model[c]).abs() / scale.max(LEAST_SCALE)
+                })
+                .fold(0.0, f64::max);
+            (pressure, worst)
+        })
+        .collect()
 }
 
 /// Lift in each row, N, up to the last before fingers and object find no equilibrium, with the largest
@@ -189,7 +117,7 @@ fn row(chain: &Chain, pressure_kpa: f64) -> Row {
         torque_nmm: chain
             .joint_torques_nm(pressure_kpa)
             .map(|nm| (1e3 * nm) as f32),
-        lift_n: [0.0; 2],
+        lift_n: [0.0; OBJECTS],
     }
 }
 
@@ -221,7 +149,7 @@ mod tests {
 
     #[test]
     fn interpolates_within_a_thousandth_of_full_scale() {
-        let table = Table::of(&paper()).expect("the paper's fingers can grip");
+        let table = of(&paper()).expect("the paper's fingers can grip");
         assert!(
             table.error_bound_percent > 0.0 && table.error_bound_percent <= 0.1,
             "{} %",
@@ -236,10 +164,9 @@ mod tests {
             grasp: None,
             ..with.clone()
         };
-        let [with, without] = [with, without].map(|recipe| Table::of(&recipe).expect("a table"));
+        let [with, without] = [with, without].map(|recipe| of(&recipe).expect("a table"));
         assert_eq!(with.lift_rows, [ROWS as u8; 2]);
         assert_eq!(without.lift_rows, [0; 2]);
-        assert_eq!(without.lift_known_to_kpa(), [None; 2]);
         assert_eq!(without.error_bound_percent, with.error_bound_percent);
         for (with, without) in with.rows.into_iter().zip(without.rows) {
             let lift_n = [0.0; 2];
@@ -254,18 +181,16 @@ mod tests {
         if let Some(grasp) = &mut recipe.grasp {
             grasp.friction = 5.0;
         }
-        let table = Table::of(&recipe).expect("a table");
+        let table = of(&recipe).expect("a table");
         let [sphere, _] = table.lift_rows.map(usize::from);
         assert!((2..ROWS).contains(&sphere), "{sphere}");
         assert!(table.rows[sphere - 1].lift_n[0] > 0.0);
         assert!(table.rows[sphere..].iter().all(|row| row.lift_n[0] == 0.0));
-        let end = table.max_pressure_kpa * (sphere - 1) as f32 / (ROWS - 1) as f32;
-        assert_eq!(table.lift_known_to_kpa()[0], Some(end));
     }
 
     #[test]
     fn rises_monotonically_from_zero() {
-        let table = Table::of(&paper()).expect("the paper's fingers can grip");
+        let table = of(&paper()).expect("the paper's fingers can grip");
         assert_eq!(table.rows[0].free_strain_ue, 0.0);
         for pair in table.rows.windows(2) {
             assert!(pair[1].free_strain_ue > pair[0].free_strain_ue);

@@ -59,7 +59,7 @@ pub enum InflationError {
     /// A material constant that no rubber has.
     #[error("{name} = {value} Pa: must be finite and {expected}")]
     Material {
-        /// The constant.
+        /// Which one, as messages call it.
         name: &'static str,
         /// Its value, Pa.
         value: f64,
@@ -69,7 +69,7 @@ pub enum InflationError {
     /// An exponent of Ogden's energy that is no exponent.
     #[error("Ogden's exponent is {value}: must be finite and not zero")]
     Exponent {
-        /// The exponent.
+        /// The exponent `α`.
         value: f64,
     },
     /// The strain energy describes no material at the stretches that the wall reaches: stress would fall
@@ -103,7 +103,7 @@ pub enum InflationError {
     },
 }
 
-/// A meshed section of rubber.
+/// A section of rubber, meshed and at rest.
 pub struct SectionModel {
     potential: Potential,
     /// Scale of length, m.
@@ -111,10 +111,11 @@ pub struct SectionModel {
 }
 
 impl SectionModel {
-    /// Meshes a section.
+    /// Meshes half of a section, which symmetry makes the whole.
     ///
     /// # Errors
-    /// If the section is open or solid, or the rubber's constants are out of range.
+    /// [`InflationError::Section`] or [`InflationError::Solid`] if it is open or has no bore;
+    /// [`InflationError::Material`] or [`InflationError::Exponent`] if the rubber's constants are out of range.
     pub fn new(section: &Section, rubber: Rubber, size: MeshSize) -> Result<Self, InflationError> {
         section.check()?;
         if section.bore_radius_m == 0.0 {
@@ -127,7 +128,7 @@ impl SectionModel {
         })
     }
 
-    /// Inflates the section from rest through `pressures_pa`, in rising order.
+    /// Inflates the section from rest through `pressures_pa`, Pa, in rising order: its equilibrium at each.
     ///
     /// # Errors
     /// [`InflationError::Balloons`] if a pressure lies beyond the limit point, with the highest

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use finger::capability::{GRAVITY_M_S2, Grip, Object};
+use finger::capability::{GRAVITY_M_S2, Grip};
 use finger::chain::LINKS;
 use finger::geometry::{Description, Geometry};
 use finger::model::Solved;
+use finger::object::Object;
 use serde::Deserialize;
 
 #[derive(Deserialize)]

@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use anyhow::{Context, ensure};
-use finger::chain::{Chain, Grasp};
+use finger::chain::Chain;
+use finger::grasp::Grasp;
 use finger::recipe;
 use rigless::time::VirtualNanos;
 use sim::events::TimedEvent;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::condition::{Gauge, Monitor};
-use crate::table::{FINGER, Range};
+use crate::table::{self, FINGER, Range};
 use crate::units::{Degrees, Kilopascals, Microstrain};
 use std::vec::Vec;
 
@@ -21,7 +21,7 @@ impl Bench {
         Self {
             detector: Detector::new(),
             active: Settings::default().validate().expect("good settings"),
-            free: FINGER.free_strain(Kilopascals(140.0)).0,
+            free: table::free_strain(&FINGER, Kilopascals(140.0)).0,
             motion: Motion::Moving,
             tick: 0,
         }
@@ -296,7 +296,7 @@ fn falling_pressure_is_an_air_loss_and_never_a_lost_object() {
             lagged += (inflated - lagged) / 26.0;
             // The grip ends at 95 kPa.
             let share = ((lagged - 95.0) / 45.0f32).max(0.0);
-            bench.free = FINGER.free_strain(Kilopascals(lagged)).0;
+            bench.free = table::free_strain(&FINGER, Kilopascals(lagged)).0;
             let air = Air {
                 measured: Some(Kilopascals(pressure)),
                 expected: Some(Kilopascals(140.0)),

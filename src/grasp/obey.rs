@@ -7,7 +7,7 @@ use crate::condition::{Gauge, Reading};
 use crate::estimate::Contact;
 use crate::event::{Event, Events};
 use crate::fault::Fault;
-use crate::table::{FingerTable, Range};
+use crate::table::{self, FingerTable, Range};
 use crate::units::{FINGERS, Instant, Kilopascals};
 
 /// A command that comes again within this time, with no other in between, is the same command: drivers
@@ -184,7 +184,7 @@ impl Supervisor {
             // A NaN is in no range.
             Grip::Pressure(pressure) if pressure.0 > 0.0 && pressure.0 <= limit => Ok(pressure),
             Grip::Pressure(_) => Err(Refusal::PressureOutOfRange),
-            Grip::Bend(bend) => match table.pressure_for_bend(bend) {
+            Grip::Bend(bend) => match table::pressure_for_bend(table, bend) {
                 (pressure, Range::Inside) if pressure.0 > 0.0 && pressure.0 <= limit => {
                     Ok(pressure)
                 }

@@ -2,6 +2,7 @@
 
 mod commands;
 mod faults;
+mod grips;
 mod hostile;
 mod mock;
 mod properties;
@@ -9,3 +10,4 @@ mod repeats;
 mod scenarios;
 mod sequences;
 mod torture;
+mod zero;

@@ -5,7 +5,7 @@ use softgrip::condition::RawFrame;
 use softgrip::frontend::{FrontEnd, RAIL};
 use softgrip::grasp::State;
 use softgrip::settings::Settings;
-use softgrip::table::FINGER;
+use softgrip::table::{self, FINGER};
 use softgrip::telemetry::Event;
 use softgrip::units::{AdcCode, DacCode, Instant, Kilopascals, Microstrain, Millivolts, Volts};
 use softgrip::{Command, Controller, Grip, Outputs};
@@ -219,9 +219,8 @@ impl MockBoard {
     }
 
     fn frame(&mut self) -> RawFrame {
-        let free = FINGER.free_strain(Kilopascals(self.bend[0])).0.0;
-        let blocked = FINGER
-            .free_strain(Kilopascals(self.bend[0].min(TOUCH_KPA)))
+        let free = table::free_strain(&FINGER, Kilopascals(self.bend[0])).0.0;
+        let blocked = table::free_strain(&FINGER, Kilopascals(self.bend[0].min(TOUCH_KPA)))
             .0
             .0;
         let gauges = std::array::from_fn(|i| {

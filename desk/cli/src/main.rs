@@ -1,5 +1,5 @@
-//! The host command `softgrip`: arguments, progress and exit status, and nothing that another program could
-//! want.
+//! The host command `softgrip`: arguments, progress and exit status. Anything that another program could want
+//! belongs to another package.
 #![forbid(unsafe_code)]
 
 mod commands;
@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// A soft gripper's controller on the desk: simulate a grasp, replay a recording, look at a finger.
+/// The controller of a soft gripper on a desktop computer: simulate a grasp, replay a recording, analyse a finger.
 #[derive(Parser)]
 #[command(version, about)]
 struct Cli {
@@ -22,27 +22,27 @@ enum Action {
     ///
     /// Exits with 1 if the controller missed a loss or reported one that did not happen.
     Sim(commands::sim::SimArgs),
-    /// Replays the paper's twelve experiments and writes a report.
+    /// Simulates the paper's twelve experiments and writes a report.
     ///
     /// Exits with 1 if the controller missed a loss or reported one that did not happen.
     Study(commands::study::StudyArgs),
-    /// Finds the heaviest object that arrives, against the arm's acceleration.
+    /// Finds the heaviest object that arrives, over the arm's acceleration.
     Capability(commands::capability::CapabilityArgs),
-    /// Finds where on the finger the gauge should sit.
+    /// Finds the best position of the gauge on the finger.
     ///
-    /// Judges every stretch of the finger by what it sees of the same random grasps.
+    /// Compares every span of the finger on the same random grasps.
     Gauge(commands::gauge::GaugeArgs),
-    /// Measures how soon the controller reports a loss and how often it cries wolf.
+    /// Measures the detection latency and the false-alarm rate of the controller.
     Evaluate(commands::evaluate::EvaluateArgs),
     /// Runs a grid or a random sample over any parameters of the simulated gripper.
     Sweep(commands::sweep::SweepArgs),
     /// Runs a recorded trace (CSV) through the real controller and prints what it reports.
     Replay(commands::replay::ReplayArgs),
-    /// Prints a finger's table and the paper's numbers beside it.
+    /// Prints the table of a finger, compared with the paper's numbers.
     Table(commands::table::TableArgs),
-    /// Prints one section's dimensions and how it bends under pressure.
+    /// Prints the dimensions of one cross-section and its bending under pressure.
     Section(commands::section::SectionArgs),
-    /// Fits a geometry recipe to the measured bend of a free finger.
+    /// Fits a geometry recipe to the measured bending of a free finger.
     Fit(commands::fit::FitArgs),
 }
 

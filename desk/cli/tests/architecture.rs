@@ -1,4 +1,5 @@
-//! What each package of the workspace may use, and that no two files of a package use each other.
+//! Which packages and crates each package of the workspace may use, that ARCHITECTURE.md says the same, and that no
+//! two files of a package use each other.
 
 mod modules;
 
@@ -6,9 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 8] = [
-    ("softgrip", &["finger"]),
-    ("finger", &[]),
+const INTERNAL: [(&str, &[&str]); 9] = [
+    ("softgrip-table", &[]),
+    ("finger", &["softgrip-table"]),
+    ("softgrip", &["finger", "softgrip-table"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
@@ -52,26 +54,6 @@ const RESERVED: [(&str, &[&str]); 8] = [
     ),
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
-];
-
-/// Files that still use each other, by package. An entry that is over must go.
-const KNOWN: [(&str, &[&str]); 2] = [
-    (
-        "finger",
-        &[
-            "src/capability.rs",
-            "src/chain.rs",
-            "src/contact.rs",
-            "src/hyperelastic.rs",
-            "src/links.rs",
-            "src/model.rs",
-            "src/object.rs",
-            "src/ogden.rs",
-            "src/recipe.rs",
-            "src/table.rs",
-        ],
-    ),
-    ("softgrip-studies", &["src/fit.rs", "src/fit/text.rs"]),
 ];
 
 fn root() -> PathBuf {
@@ -170,11 +152,65 @@ fn no_files_of_a_package_use_each_other_in_a_circle() {
             circles.insert(package.clone(), found);
         }
     }
-    let known: BTreeMap<String, Vec<String>> = KNOWN
-        .map(|(package, files)| {
-            let files = files.iter().map(ToString::to_string);
-            (package.to_string(), files.collect())
+    assert!(circles.is_empty(), "{circles:#?}");
+}
+
+/// A table of ARCHITECTURE.md, by its heading and the title of its first column: the names in backticks in its last
+/// column, by the name in its first.
+fn documented(heading: &str, first_column: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let path = root().join("ARCHITECTURE.md");
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let quoted = |cell: &str| -> BTreeSet<String> {
+        let names = cell.split('`').skip(1).step_by(2);
+        names.map(str::to_string).collect()
+    };
+    let lines = text.lines().skip_while(|line| *line != heading);
+    let header = format!("| {first_column} |");
+    let table = lines.skip_while(|line| !line.starts_with(&header));
+    let rows = table.skip(2).take_while(|line| line.starts_with('|'));
+    rows.map(|row| {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').collect();
+        let name = quoted(cells[0]).pop_first().expect("a name in backticks");
+        (name, quoted(cells[cells.len() - 1]))
+    })
+    .collect()
+}
+
+#[test]
+fn architecture_md_describes_every_package_and_what_it_is_built_on() {
+    let packages = packages();
+    let described = documented("## Packages", "package");
+    let built_on = documented("## Who imports whom", "package");
+    for (name, (_, manifest)) in &packages {
+        assert!(described.contains_key(name), "no row for {name}");
+        let dependencies = dependencies(manifest);
+        let inside = dependencies
+            .iter()
+            .filter(|(_, how)| how.get("path").is_some());
+        let real: BTreeSet<&str> = inside
+            .map(|(key, how)| match how.get("package") {
+                Some(package) => package.as_str().expect("a package's name"),
+                None => key.as_str(),
+            })
+            .collect();
+        let documented = built_on.get(name);
+        let documented: BTreeSet<&str> = documented
+            .unwrap_or_else(|| panic!("no row for {name}"))
+            .iter()
+            .map(String::as_str)
+            .collect();
+        assert_eq!(documented, real, "{name}; left: documented; right: real");
+    }
+}
+
+#[test]
+fn architecture_md_says_who_may_use_a_reserved_crate() {
+    let reserved: BTreeMap<String, BTreeSet<String>> = RESERVED
+        .map(|(name, users)| {
+            let users = users.iter().map(ToString::to_string);
+            (name.to_string(), users.collect())
         })
         .into();
-    assert_eq!(circles, known, "left: as it is; right: as known");
+    let documented = documented("## Who imports whom", "crate");
+    assert_eq!(documented, reserved, "left: documented; right: the rule");
 }

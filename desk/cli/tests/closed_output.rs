@@ -1,4 +1,4 @@
-//! Every command ends quietly when nobody reads what it prints.
+//! Every command ends quietly when its output is closed.
 
 use std::process::{Command, Stdio};
 

@@ -1,4 +1,4 @@
-//! The command `softgrip` with the fingers that people have.
+//! The command `softgrip` with recipes as users write them.
 
 use std::path::Path;
 use std::process::{Command, Output};

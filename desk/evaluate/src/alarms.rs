@@ -1,16 +1,17 @@
-//! How often the controller reports a loss that is none: hours of holding and moving in which nothing is lost.
+//! False-alarm rate: the controller in hours of simulated operation in which no object is lost.
 
 use anyhow::Context;
 use finger::capability::GRAVITY_M_S2;
 use rayon::prelude::*;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
+use softgrip::table;
 use softgrip::units::Kilopascals;
 
 use crate::baselines::Baselines;
-use crate::bench;
 use crate::identified_model::IdentifiedModel;
 use crate::options::Options;
+use crate::rig;
 use crate::tally::Tally;
 use crate::workload::{Block, Programme, TICK_S, Workload};
 
@@ -21,25 +22,26 @@ const LOADS: [f64; 2] = [0.25, 0.5];
 /// Longest stretch of one random stream, h.
 const BLOCK_H: f64 = 0.5;
 
-/// The grips of the generator.
+/// Identifies the objects that the workload grips: every kind, pressure and load.
+///
+/// # Errors
+/// If the lift at one of the pressures is unknown, or an object does not respond to acceleration.
 pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
     let mut setups = Vec::new();
     for object in [ObjectKind::Sphere, ObjectKind::Cylinder] {
         let mut setup = base.clone();
         setup.scenario.object = object;
-        let closing = bench::closing(&setup);
+        let closing = rig::closing(&setup);
         for pressure_kpa in PRESSURES_KPA {
             for load in LOADS {
                 let mut setup = setup.clone();
                 setup.scenario.pressure_kpa = pressure_kpa;
                 let kind = match object {
-                    ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
-                    ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
+                    ObjectKind::Sphere => table::ObjectKind::Sphere,
+                    ObjectKind::Cylinder => table::ObjectKind::Cylinder,
                 };
                 let pressure = Kilopascals(pressure_kpa as f32);
-                let (lift, _) = base
-                    .table()
-                    .lift(kind, pressure)
+                let (lift, _) = table::lift(base.table(), kind, pressure)
                     .with_context(|| format!("the lift of the {object} at {pressure_kpa} kPa is not known: fingers and object find no equilibrium"))?;
                 setup.scenario.mass_kg = load * f64::from(lift.0) / (GRAVITY_M_S2 + 10.0);
                 setups.push((setup, closing.clone()));
@@ -52,7 +54,10 @@ pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
         .collect()
 }
 
-/// Counts false reports in so many hours at a level of noise; `compared` with other rules or alone.
+/// Counts false reports in the hours of one level of noise. With `compared` the published rules run too.
+///
+/// # Errors
+/// If the settings are not valid.
 pub fn tally(
     base: &Setup,
     options: &Options,

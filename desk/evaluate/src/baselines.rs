@@ -1,18 +1,18 @@
-//! How others tell a loss: five published rules, each on the controller's own residual.
+//! Five published rules for detecting a loss, as baselines for the controller.
 //!
-//! They get every advantage: the residual that the controller computed, summed over the usable fingers
-//! and normalised by its mean over the last 40 ms before the hold; they are armed only while the
-//! controller holds; and of a hold only the first alarm counts.
+//! They get every advantage: the controller's own residual, summed over the usable fingers and normalised by
+//! its mean over the last 40 ms before the hold. They are armed only while the controller holds, and only the
+//! first alarm of each hold counts.
 
 use std::collections::VecDeque;
 
 use softgrip::FINGERS;
 use softgrip::units::Microstrain;
 
-/// A rule. Each gives a score; the object counts as lost once that exceeds a threshold.
+/// A rule. Each gives a score; the object counts as lost when the score exceeds the threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Baseline {
-    /// The fall below the plateau.
+    /// Fall of the residual sum below its plateau, as a fraction of it.
     Threshold,
     /// The fall within 10 ms.
     Derivative,
@@ -24,11 +24,11 @@ pub enum Baseline {
     WindowEnergy,
 }
 
-/// Number of rules.
+/// Number of variants of [`Baseline`].
 pub const RULES: usize = 5;
 
 impl Baseline {
-    /// All of them.
+    /// Every rule, in the order of the score arrays.
     pub const ALL: [Self; RULES] = [
         Self::Threshold,
         Self::Derivative,
@@ -37,7 +37,7 @@ impl Baseline {
         Self::WindowEnergy,
     ];
 
-    /// In words.
+    /// Name for tables and charts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Threshold => "fixed threshold",
@@ -97,7 +97,8 @@ pub struct Baselines {
 }
 
 impl Baselines {
-    /// One tick: the residuals, and whether the controller holds. Scores while armed.
+    /// Advances by one tick with the residuals, and whether the controller holds. Gives the score of every
+    /// rule while they are armed.
     pub fn step(
         &mut self,
         residual: &[Option<Microstrain>; FINGERS],
@@ -157,7 +158,7 @@ impl Hold {
     }
 }
 
-/// How the greatest score so far grows over time, in ticks.
+/// The running maximum of a score, stored as its increases: (tick, score).
 #[derive(Debug, Clone, Default)]
 pub struct Envelope(Vec<(usize, f32)>);
 
@@ -169,7 +170,7 @@ impl Envelope {
         }
     }
 
-    /// The first tick at which the score exceeded a threshold.
+    /// The first tick at which the score exceeded a threshold; none if it never did.
     pub fn crossing(&self, threshold: f32) -> Option<usize> {
         let place = self.0.partition_point(|&(_, score)| score <= threshold);
         self.0.get(place).map(|&(tick, _)| tick)

@@ -1,9 +1,10 @@
-//! One pick-and-carry with everything in it drawn at random: object, grip, arm, push, errors of
-//! fingers, gauges and air.
+//! Random parameters of one pick-and-carry run: object, grip, arm, push, and the errors of fingers, gauges
+//! and air.
 
 use std::f64::consts::TAU;
 
-use finger::capability::{GRAVITY_M_S2, Object};
+use finger::capability::GRAVITY_M_S2;
+use finger::object::Object;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -14,25 +15,25 @@ use sim::run;
 use sim::scenario::{ObjectKind, Scenario};
 use sim::setup::Setup;
 use softgrip::settings::Settings;
-use softgrip::table::FingerTable;
+use softgrip::table::{self, FingerTable};
 use softgrip::units::Kilopascals;
 use softgrip::{Controller, FINGERS};
 
-/// How well the controller knows its fingers.
+/// Class of calibration: how well the controller knows its fingers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Knowledge {
-    /// After a free-bend sweep: each finger's gain is known to 1 %.
+    /// After a free-bend sweep: the gain of each finger is known to 1 %.
     Calibrated,
-    /// From the recipe alone: each finger's gain is up to 10 % off.
+    /// Recipe alone: the gain of each finger is up to 10 % off.
     Uncalibrated,
 }
 
-/// Both.
+/// Every class of calibration, in the order of the tables.
 pub const KNOWLEDGE: [Knowledge; 2] = [Knowledge::Calibrated, Knowledge::Uncalibrated];
 
 impl Knowledge {
-    /// The word for it.
+    /// Name in tables, CSV and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Calibrated => "calibrated",
@@ -41,21 +42,21 @@ impl Knowledge {
     }
 }
 
-/// What takes an object out of the grip.
+/// What makes an object fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Origin {
-    /// Its own inertia, under the arm's motion.
+    /// Inertia, under the arm's motion.
     Dropped,
-    /// A force from outside.
+    /// An external force.
     Pushed,
 }
 
-/// Both.
+/// Every origin, in the order of the tables.
 pub const ORIGINS: [Origin; 2] = [Origin::Dropped, Origin::Pushed];
 
 impl Origin {
-    /// The word for it.
+    /// Name in tables, CSV and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Dropped => "dropped",
@@ -64,31 +65,31 @@ impl Origin {
     }
 }
 
-/// A force on the object from outside.
+/// An external force on the object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
-    /// Its final value in the palm's frame, N.
+    /// Final value in the palm's frame, N.
     pub force_n: [f64; 3],
-    /// When it begins, s.
+    /// Start of the force, s since the start of the run.
     pub start_s: f64,
-    /// Time in which it rises from nothing, s; a step if zero.
+    /// Rise time from zero to the final value, s; 0 for a step.
     pub rise_s: f64,
 }
 
-/// Everything about one run.
+/// All random parameters of one run.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Its number in the sample.
+    /// Index of the run in the sample, from 0.
     pub index: u64,
-    /// How well the controller knows its fingers.
+    /// Class of calibration: how well the controller knows its fingers.
     pub knowledge: Knowledge,
     /// Object, arm, fingers and air.
     pub setup: Setup,
-    /// A push, if the object is not left to its inertia.
+    /// The external force, if there is one.
     pub push: Option<Push>,
-    /// Gain of each gauge over its nominal one.
+    /// Gain of each gauge relative to its nominal one, dimensionless.
     pub gauge_gain: [f64; FINGERS],
-    /// What the controller takes as each finger's free-bend gain.
+    /// Free-bend gain of each finger as the controller assumes it, dimensionless.
     pub free_bend_gain: [f64; FINGERS],
     /// Offset that the tare left, µε.
     pub offset_ue: [f64; FINGERS],
@@ -96,13 +97,13 @@ pub struct Case {
     pub drift_ue_per_s: [f64; FINGERS],
     /// Amplitude of the regulator's ripple, kPa.
     pub ripple_kpa: f64,
-    /// Its frequency, Hz.
+    /// Frequency of the regulator's ripple, Hz.
     pub ripple_hz: f64,
-    /// Seed of all noise.
+    /// Seed of the noise of gauges and monitor.
     pub seed: u64,
 }
 
-/// What separates the numbers of different purposes, so that no two draw the same.
+/// Distance of the stream numbers of two purposes, so that no two share a random stream.
 const STREAMS: u64 = 1 << 32;
 
 /// A generator of its own for each run of each purpose.
@@ -114,7 +115,7 @@ pub fn generator(seed: u64, stream: u64, index: u64) -> ChaCha8Rng {
 
 const CASES: u64 = 1;
 
-/// What is drawn, evenly distributed, in the order in which it is asked for.
+/// Uniform random parameters. Their order of drawing is part of a seed's meaning.
 struct Draw(ChaCha8Rng);
 
 impl Draw {
@@ -122,8 +123,8 @@ impl Draw {
         self.0.random_range(low..=high)
     }
 
-    /// Object, grip and arm; gives what the fingers can hold, roughly, N: the nearer to it, the slower the
-    /// object slides.
+    /// Draws object, grip and arm. Gives the approximate force that the fingers can hold, N: masses close to
+    /// it slide slowly.
     fn grip(&mut self, setup: &mut Setup, table: &FingerTable) -> f64 {
         let object = match self.between(0.0, 1.0) < 0.5 {
             true => ObjectKind::Sphere,
@@ -147,10 +148,10 @@ impl Draw {
         *radius_m *= self.between(0.92, 1.0);
 
         let kind = match object {
-            ObjectKind::Sphere => softgrip::table::ObjectKind::Sphere,
-            ObjectKind::Cylinder => softgrip::table::ObjectKind::Cylinder,
+            ObjectKind::Sphere => table::ObjectKind::Sphere,
+            ObjectKind::Cylinder => table::ObjectKind::Cylinder,
         };
-        let lift = table.lift(kind, Kilopascals(pressure_kpa as f32));
+        let lift = table::lift(table, kind, Kilopascals(pressure_kpa as f32));
         // `evaluation::check` has seen to it that it is known.
         lift.map_or(0.0, |(lift, _)| f64::from(lift.0)) * friction / 0.8
     }
@@ -177,7 +178,7 @@ impl Draw {
         arm.carry_mm = self.between(200.0, 600.0);
     }
 
-    /// A push that takes the object, and a mass that the arm alone does not lose.
+    /// A push that makes the object fall, and a mass that the arm's motion alone would not lose.
     fn push(&mut self, setup: &mut Setup, holds_n: f64) -> Push {
         // At rest after the lift, or in the middle of things.
         let at_rest = self.between(0.0, 1.0) < 0.6;
@@ -190,7 +191,7 @@ impl Draw {
         let spare_n = holds_n - setup.scenario.mass_kg * GRAVITY_M_S2;
         let force_n = self.between(0.8, 3.0) * spare_n;
         let direction = self.direction();
-        let profile = Profile::new(&setup.gripper.motion(accel_m_s2));
+        let profile = Profile::new(&setup.gripper.arm_task(accel_m_s2));
         let (lift_s, carry_s) = (profile.start_s(Phase::Lift), profile.start_s(Phase::Carry));
         let start_s = if at_rest {
             carry_s - 0.65
@@ -227,7 +228,7 @@ impl Draw {
 }
 
 impl Case {
-    /// Run number `index` of the sample that `seed` and `knowledge` stand for.
+    /// Draws run number `index` of the sample of `seed` and `knowledge`.
     pub fn draw(
         base: &Setup,
         table: &FingerTable,
@@ -268,7 +269,7 @@ impl Case {
         }
     }
 
-    /// What would take the object.
+    /// What makes the object fall, if it falls.
     pub fn origin(&self) -> Origin {
         match self.push {
             Some(_) => Origin::Pushed,
@@ -276,7 +277,7 @@ impl Case {
         }
     }
 
-    /// What comes from outside at a time.
+    /// External force and pressure ripple at time `t_s`, s.
     pub fn disturbance(&self, t_s: f64) -> Disturbance {
         let push_n = self.push.map_or([0.0; 3], |push| {
             let since_s = t_s - push.start_s;
@@ -295,7 +296,10 @@ impl Case {
         }
     }
 
-    /// Its controller.
+    /// The controller of this run, with its settings and what it knows of the fingers.
+    ///
+    /// # Errors
+    /// If the settings are not valid.
     pub fn controller(
         &self,
         table: &'static FingerTable,

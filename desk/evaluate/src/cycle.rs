@@ -1,15 +1,14 @@
-//! What a gripper's cycles are made of between two losses: moves, stops, shocks, vibration, new pressures,
-//! releases, empty closes, hours of creep and gauges that go bad.
+//! The activities of which the workload consists, and the random motions of the palm during them.
 
 use std::f64::consts::{SQRT_2, TAU};
 
 use rand::{Rng, RngExt};
 use serde::Serialize;
 
-/// What happens at a time; the cause of a false alarm.
+/// What the gripper and the arm are doing. False alarms are counted by activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[allow(missing_docs, reason = "`Activity::name` says it in words")]
+#[allow(missing_docs, reason = "`Activity::name` says what each is")]
 pub enum Activity {
     Closing,
     Rest,
@@ -26,7 +25,7 @@ pub enum Activity {
 }
 
 impl Activity {
-    /// All of them.
+    /// Every activity, in the order of the tables.
     pub const ALL: [Self; 12] = [
         Self::Closing,
         Self::Rest,
@@ -42,7 +41,7 @@ impl Activity {
         Self::BadGauge,
     ];
 
-    /// In words.
+    /// Name in tables and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Closing => "closing on an object",
@@ -60,7 +59,7 @@ impl Activity {
         }
     }
 
-    /// Whether the arm moves hard.
+    /// Whether it counts as hard motion: moves, hard starts, emergency stops, vibration and bumps.
     pub fn is_hard_motion(self) -> bool {
         matches!(
             self,
@@ -71,40 +70,40 @@ impl Activity {
 
 /// Acceleration of the palm over time.
 #[derive(Debug, Clone, Copy)]
-pub enum Motion {
-    /// None.
+pub enum PalmMotion {
+    /// No acceleration.
     Rest,
-    /// Speeding up and slowing down again along a line.
+    /// Acceleration and deceleration along a line.
     Travel {
-        /// Its greatest acceleration, m/s².
+        /// Peak acceleration, m/s², in the palm's frame.
         vector: [f64; 3],
         /// Time to rise to it, s.
         ramp_s: f64,
-        /// Time for which it lasts, s; rises included.
+        /// Duration of the acceleration, s, including both ramps.
         push_s: f64,
         /// Time at constant speed before the stop, s.
         cruise_s: f64,
     },
-    /// One pulse, then the arm rings.
+    /// One acceleration pulse, followed by ringing of the arm.
     Pulse {
-        /// Its peak, m/s².
+        /// Peak acceleration, m/s², in the palm's frame.
         vector: [f64; 3],
-        /// Its length, s.
+        /// Duration of the pulse, s.
         length_s: f64,
         /// Frequency of the ringing, Hz.
         ring_hz: f64,
-        /// Its first amplitude as a share of the peak.
+        /// First amplitude of the ringing, as a fraction of the peak.
         ring_share: f64,
     },
     /// Three sines, each along its own line: amplitude, m/s², frequency, Hz, phase.
     Vibration([([f64; 3], f64, f64); 3]),
 }
 
-/// The arm's ringing dies with this time constant, s.
+/// Decay time constant of the ringing, s.
 const RING_S: f64 = 0.15;
 
-impl Motion {
-    /// The acceleration so long after the start, m/s².
+impl PalmMotion {
+    /// The acceleration at `t_s` after the start (s), m/s².
     pub fn at(&self, t_s: f64) -> [f64; 3] {
         match *self {
             Self::Rest => [0.0; 3],
@@ -147,11 +146,11 @@ impl Motion {
     }
 }
 
-/// A motion of this kind drawn at random, and how long to watch it, s.
-pub fn motion(activity: Activity, rng: &mut impl Rng) -> (Motion, f64) {
+/// Draws a random motion for an activity, and the time to simulate, s.
+pub fn motion(activity: Activity, rng: &mut impl Rng) -> (PalmMotion, f64) {
     let direction = direction(rng);
     let mut between = |low: f64, high: f64| rng.random_range(low..=high);
-    let travel = |accel: f64, ramp_s: f64, push_s: f64, cruise_s: f64| Motion::Travel {
+    let travel = |accel: f64, ramp_s: f64, push_s: f64, cruise_s: f64| PalmMotion::Travel {
         vector: direction.map(|x| accel * x),
         ramp_s,
         push_s: push_s.max(2.0 * ramp_s),
@@ -169,7 +168,7 @@ pub fn motion(activity: Activity, rng: &mut impl Rng) -> (Motion, f64) {
         }
         Activity::EmergencyStop => {
             // The way up to speed is another activity's: only the stop and its ringing.
-            let motion = Motion::Pulse {
+            let motion = PalmMotion::Pulse {
                 vector: direction.map(|x| between(10.0, 20.0) * x),
                 length_s: between(0.06, 0.2),
                 ring_hz: between(6.0, 20.0),
@@ -178,7 +177,7 @@ pub fn motion(activity: Activity, rng: &mut impl Rng) -> (Motion, f64) {
             (motion, 1.0)
         }
         Activity::Bump => {
-            let motion = Motion::Pulse {
+            let motion = PalmMotion::Pulse {
                 vector: direction.map(|x| between(20.0, 60.0) * x),
                 length_s: between(0.005, 0.02),
                 ring_hz: between(6.0, 20.0),
@@ -197,13 +196,13 @@ pub fn motion(activity: Activity, rng: &mut impl Rng) -> (Motion, f64) {
                 let line = [r * angle.cos(), r * angle.sin(), z];
                 (line.map(|x| amplitude * x), hz, phase)
             });
-            (Motion::Vibration(sines), between(1.0, 5.0))
+            (PalmMotion::Vibration(sines), between(1.0, 5.0))
         }
-        _ => (Motion::Rest, between(0.5, 3.0)),
+        _ => (PalmMotion::Rest, between(0.5, 3.0)),
     }
 }
 
-/// A direction of the sphere, all alike.
+/// A unit vector, uniform over the sphere.
 fn direction(rng: &mut impl Rng) -> [f64; 3] {
     let z: f64 = rng.random_range(-1.0..=1.0);
     let angle = rng.random_range(0.0..TAU);

@@ -1,4 +1,4 @@
-//! Linear difference equations of second order: fitted, and run.
+//! Second-order linear difference equations: least-squares fit and simulation.
 
 use nalgebra::{Matrix4, Vector4};
 use sim::air::Lag;
@@ -46,7 +46,7 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// At rest.
+    /// A filter with all past values zero.
     pub fn new(difference: Difference) -> Self {
         Self {
             difference,
@@ -55,7 +55,7 @@ impl Filter {
         }
     }
 
-    /// The next output.
+    /// Advances by one tick and gives the output.
     pub fn step(&mut self, input: f64) -> f64 {
         let Difference { a, b } = self.difference;
         let [y1, y2] = self.output;

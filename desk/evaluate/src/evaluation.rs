@@ -1,19 +1,19 @@
-//! Everything that is measured, in parallel.
+//! The whole evaluation: losses, false alarms and operating curves, in parallel.
 
 use anyhow::ensure;
 use sim::setup::Setup;
-use softgrip::table::ObjectKind;
+use softgrip::table::{self, ObjectKind};
 
 use crate::case::KNOWLEDGE;
 use crate::options::{NOISE_UE, Options};
 use crate::tally::Tally;
 use crate::{alarms, latency, roc};
 
-/// Everything that is measured.
+/// The raw results of an evaluation.
 pub struct Evaluation {
-    /// The losses.
+    /// Random losses, at every level of noise.
     pub sample: latency::Sample,
-    /// The false alarms, at each level of noise.
+    /// False reports in operation without losses, one tally per level of noise.
     pub tallies: Vec<Tally>,
     /// Latency against false alarms: the controller first, then the rules of others.
     pub curves: Vec<roc::Curve>,
@@ -35,10 +35,11 @@ const HIGHEST_KPA: f32 = 160.0;
 /// Refuses fingers that cannot grip as hard as the cases ask for, or of which nobody knows what they lift.
 ///
 /// # Errors
-/// With what the recipe would have to give.
+/// If the table gives no lift up to the highest pressure of the cases; the message names the pressure
+/// up to which it does.
 pub fn check(base: &Setup) -> anyhow::Result<()> {
     for kind in [ObjectKind::Sphere, ObjectKind::Cylinder] {
-        let known = base.table().lift_known_to(kind).map_or(0.0, |kpa| kpa.0);
+        let known = table::lift_known_to(base.table(), kind).map_or(0.0, |kpa| kpa.0);
         ensure!(
             known >= HIGHEST_KPA,
             "evaluate grips at 100 to {HIGHEST_KPA} kPa: the recipe {} tells the lift up to {known} kPa only",
@@ -50,6 +51,9 @@ pub fn check(base: &Setup) -> anyhow::Result<()> {
 
 /// Measures everything, in parallel; the result does not depend on how many threads there are. `done` is
 /// told how many more of [`steps`] are done.
+///
+/// # Errors
+/// As [`check`]; if a case cannot be simulated, or a recording cannot be read or written.
 pub fn run(
     base: &Setup,
     options: &Options,

@@ -6,16 +6,19 @@ use report::style::{PALETTE, QUIET};
 
 use crate::options::NOISE_UE;
 use crate::roc;
-use crate::summary::{Setting, Summary};
-use crate::trial::{Trial, Verdict};
+use crate::summary::{OperatingPoint, Summary};
+use crate::trial::{Classification, Trial};
 
 /// Latencies up to here are drawn, ms.
 const DRAWN_MS: f64 = 200.0;
 
-/// Latency against the rate of false alarms.
+/// Operating curves, latency over false-alarm rate, as SVG.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn roc(summary: &Summary) -> anyhow::Result<String> {
     let colors = [color(0), color(1), color(2), color(3), PALETTE[3], QUIET];
-    let panel = |title: &str, y_label, value: fn(&Setting) -> Option<f64>| Panel {
+    let panel = |title: &str, y_label, value: fn(&OperatingPoint) -> Option<f64>| Panel {
         title: title.into(),
         x_label: "false alarms per hour, power of ten (none at all: half of one)",
         y_label,
@@ -27,7 +30,7 @@ pub fn roc(summary: &Summary) -> anyhow::Result<String> {
             .iter()
             .zip(colors)
             .flat_map(|(detector, color)| {
-                let place = |setting: &Setting| {
+                let place = |setting: &OperatingPoint| {
                     let rate = (setting.alarms as f64).max(0.5) / setting.hours;
                     let ms = value(setting)?;
                     ((-20.0..=DRAWN_MS).contains(&ms)).then_some((rate.log10(), ms))
@@ -55,22 +58,25 @@ pub fn roc(summary: &Summary) -> anyhow::Result<String> {
     charts::draw(&panels, 1, (960, 420))
 }
 
-/// What share of the losses is reported within a time.
+/// Cumulative distribution of the latency, one line per level of noise.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn latencies(trials: &[Trial]) -> anyhow::Result<String> {
     let series = NOISE_UE.into_iter().enumerate().map(|(n, noise)| {
         let of = trials
             .iter()
             .filter(|t| t.noise_ue == noise && t.loss.is_some());
-        let verdicts: Vec<Verdict> = of.map(|trial| trial.verdict()).collect();
-        let mut ms: Vec<f64> = verdicts
+        let classes: Vec<Classification> = of.map(|trial| trial.classification()).collect();
+        let mut ms: Vec<f64> = classes
             .iter()
-            .filter_map(|verdict| match verdict {
-                Verdict::Reported(ms) => Some(*ms),
+            .filter_map(|class| match class {
+                Classification::Reported(ms) => Some(*ms),
                 _ => None,
             })
             .collect();
         ms.sort_by(f64::total_cmp);
-        let share = |n: usize| 100.0 * n as f64 / verdicts.len() as f64;
+        let share = |n: usize| 100.0 * n as f64 / classes.len() as f64;
         let steps = ms.iter().enumerate();
         Series {
             name: format!("{noise} µε"),
@@ -95,7 +101,7 @@ pub fn latencies(trials: &[Trial]) -> anyhow::Result<String> {
     charts::draw(&[panel], 1, (960, 420))
 }
 
-/// What the figure of [`roc`] shows.
+/// Caption of the figure of [`roc`].
 pub fn roc_caption() -> String {
     format!(
         "Latency against false alarms at {} µε, each rule at many thresholds, on the same losses and the same hours. Rings: as published, and the controller as it is set. Lines end where a rule misses half (above) or a hundredth (below) of the losses, or is slower than {DRAWN_MS} ms.",

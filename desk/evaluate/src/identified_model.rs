@@ -1,11 +1,11 @@
-//! The identified model of a firmly held object: how its residuals answer to the arm's acceleration,
-//! identified on the simulated gripper, then run by the surrogate.
+//! Model of how the residuals of a firmly held object respond to the arm's acceleration, identified on the
+//! simulated gripper and run by the surrogate.
 //!
-//! There the answer is overdamped and almost linear: silicone damps more than the object's mass
-//! can swing. Each finger's residual answers alike to acceleration along the fingers, and to
-//! acceleration across them by its cosine with the finger's direction. Two difference equations of second
-//! order, fitted by least squares to a run under broadband acceleration, are most of it. The rest is that
-//! an object gives way sideways where a stop or a bump is harder than its friction, and stays there.
+//! The response is overdamped and almost linear, because the damping of the silicone exceeds what the
+//! object's mass can excite. All fingers respond alike to acceleration along the fingers; to acceleration
+//! across them each responds with the cosine of the angle to its direction. Two second-order difference
+//! equations, fitted by least squares to a run under broadband acceleration, describe most of it. The rest is
+//! a sideways slide that stays, where a stop or a bump exceeds friction ([`crate::slide`]).
 
 use anyhow::Context;
 use rand::{Rng, RngExt};
@@ -13,15 +13,15 @@ use rand_distr::StandardNormal;
 use sim::setup::Setup;
 use softgrip::FINGERS;
 
-use crate::bench::{Bench, GRID_KPA, STEP_S, closing, directions, spread};
 use crate::case::generator;
 use crate::difference::{Difference, Filter};
-use crate::slide::{Slide, Slider};
+use crate::rig::{GRID_KPA, Rig, STEP_S, closing, directions, spread};
+use crate::slide::{SlideModel, Slider};
 
-/// Rms of the acceleration under which a response is identified, m/s²: at 2, contacts of a light cylinder
-/// slip by hairs, and the fit takes them for a slow answer.
+/// Rms of the acceleration for the identification, m/s². At 2 m/s² the contacts of a light cylinder creep,
+/// and the fit takes that for a slow response.
 const EXCITATION_M_S2: f64 = 0.5;
-/// Length of that run, s.
+/// Duration of the identification run, s.
 const EXCITED_S: f64 = 3.0;
 /// The model of an object in the grip.
 #[derive(Debug, Clone)]
@@ -30,35 +30,42 @@ pub struct IdentifiedModel {
     pub pressure_kpa: f64,
     /// Mean residual of a finger against pressure in steps of 2 kPa, µε.
     pub residual_ue: Vec<f64>,
-    /// Residual of every finger on acceleration along the fingers, upwards, µε per m/s².
+    /// Response of every finger's residual to acceleration along the fingers, upwards, µε per m/s².
     pub along: Difference,
-    /// Residual of a finger on acceleration across, outwards of that finger, µε per m/s².
+    /// Response of a finger's residual to acceleration across the fingers, outwards of that finger, µε per
+    /// m/s².
     pub across: Difference,
-    /// How it gives way.
-    pub slide: Slide,
+    /// Model of the sideways slide.
+    pub slide: SlideModel,
 }
 
 impl IdentifiedModel {
-    /// Identifies the response of what a setup holds at its pressure, and its closing.
+    /// Identifies the response of the object that a setup holds at its pressure, and the closing curve.
+    ///
+    /// # Errors
+    /// If the object does not respond to acceleration.
     pub fn of(setup: &Setup) -> anyhow::Result<Self> {
         Self::with(setup, closing(setup))
     }
 
-    /// The same where the closing is known: mean residual of a finger in steps of 2 kPa, µε.
+    /// As [`Self::of`] with a known closing curve: mean residual of a finger in steps of 2 kPa, µε.
+    ///
+    /// # Errors
+    /// If the object does not respond to acceleration.
     pub fn with(setup: &Setup, residual_ue: Vec<f64>) -> anyhow::Result<Self> {
         let pressure_kpa = setup.scenario.pressure_kpa;
         let mut rng = generator(0, 0, 0);
         let mut along = [Vec::new(), Vec::new()];
         let mut across = [Vec::new(), Vec::new()];
-        let mut bench = Bench::holding(setup, pressure_kpa);
-        let home_m = bench.position_m;
-        let plateau = bench.residual_ue();
+        let mut rig = Rig::holding(setup, pressure_kpa);
+        let home_m = rig.position_m;
+        let plateau = rig.residual_ue();
         let mut drive = [Noise::default(); 3];
         for _ in 0..(EXCITED_S / STEP_S) as usize {
             let acceleration =
-                bench.confined(home_m, drive.each_mut().map(|noise| noise.step(&mut rng)));
-            bench.step(acceleration);
-            let now = bench.residual_ue();
+                rig.confined(home_m, drive.each_mut().map(|noise| noise.step(&mut rng)));
+            rig.step(acceleration);
+            let now = rig.residual_ue();
             let change: [f64; FINGERS] = std::array::from_fn(|i| now[i] - plateau[i]);
             along[0].push(acceleration[2]);
             along[1].push(change.iter().sum::<f64>() / FINGERS as f64);
@@ -77,7 +84,7 @@ impl IdentifiedModel {
             residual_ue,
             along,
             across,
-            slide: Slide::of(setup, along, across),
+            slide: SlideModel::of(setup, along, across),
         })
     }
 
@@ -90,7 +97,7 @@ impl IdentifiedModel {
     }
 }
 
-/// An object that answers to the arm's motion.
+/// A held object that responds to the arm's motion.
 #[derive(Debug, Clone)]
 pub struct Held {
     along: Filter,
@@ -99,7 +106,7 @@ pub struct Held {
 }
 
 impl Held {
-    /// At rest.
+    /// A held object at rest, with all residuals on their plateau.
     pub fn new(model: &IdentifiedModel) -> Self {
         Self {
             along: Filter::new(model.along),
@@ -108,7 +115,7 @@ impl Held {
         }
     }
 
-    /// What has changed in every residual since it gave way, µε.
+    /// Change of every residual by the slide so far, µε.
     pub fn gave_way_ue(&self) -> f64 {
         self.slider.gave_way_ue()
     }

@@ -1,4 +1,4 @@
-//! How soon a loss is reported: random losses on the simulated gripper, measured at each level of noise.
+//! Detection latency: random losses on the simulated gripper, measured at each level of noise.
 
 use std::ops::ControlFlow;
 
@@ -18,7 +18,7 @@ const RECORDED_AT_UE: f64 = 20.0;
 /// Cases drawn at a time.
 const BATCH: u64 = 64;
 
-/// Everything measured on the sample.
+/// Results on the random losses.
 #[derive(Debug, Clone, Default)]
 pub struct Sample {
     /// Every trial of both classes of knowledge at every level of noise.
@@ -27,7 +27,10 @@ pub struct Sample {
     pub races: Vec<Race>,
 }
 
-/// Draws until the losses are found.
+/// Draws cases until the requested number of losses has occurred.
+///
+/// # Errors
+/// If a case cannot be simulated, or a recording cannot be read or written.
 pub fn sample(
     base: &Setup,
     options: &Options,
@@ -61,7 +64,10 @@ pub fn sample(
     Ok(all)
 }
 
-/// One case at every level of noise.
+/// The trials of one case, one per level of noise.
+///
+/// # Errors
+/// If the case cannot be simulated, or its recording cannot be read or written.
 pub fn trials_of(
     base: &Setup,
     options: &Options,
@@ -100,7 +106,11 @@ pub(crate) fn prepare(
     Ok((case, recording))
 }
 
-/// A case tick by tick, as CSV: the truth, and what the controller sees at a level of noise.
+/// One case as CSV, one row per tick: the true state, and what the controller measured at a level of noise
+/// (µε rms).
+///
+/// # Errors
+/// If the case cannot be simulated, or its recording cannot be read or written.
 pub fn trace(
     base: &Setup,
     options: &Options,

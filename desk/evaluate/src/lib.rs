@@ -1,12 +1,12 @@
-//! Detection latency and false alarms of the real controller on random losses and on hours of work, beside
-//! published rules; only what these two numbers need may be in it, and no command line.
+//! Detection latency and false-alarm rate of the controller, compared with published rules. Other studies and
+//! command lines do not belong here.
 //!
 //! ```text
 //! case ─► record (simulator) ─► trial ─► latency ─┬─► summary ─► tables, figures, page
 //!                                 └─► roc ◄───────┤
 //!                          baselines ─┘           │
-//! bench (simulator) ─► identified model ─► surrogate ─► workload ─► alarms
-//!                         difference, slide        cycle ─┘   └─ tally
+//! rig (simulator) ─► identified model ─► surrogate ─► workload ─┬─► alarms ─► tally
+//!                         difference, slide        cycle ─┘     └─► reach ─► limits
 //! ```
 #![forbid(unsafe_code)]
 
@@ -24,26 +24,27 @@ pub mod latency;
 mod losses;
 pub mod roc;
 
-pub mod bench;
 pub mod difference;
 pub mod identified_model;
+pub mod rig;
 pub mod slide;
 
 pub mod cycle;
 pub mod surrogate;
 
 pub mod alarms;
+mod reach;
 pub mod tally;
 mod workload;
 
-pub mod evaluation;
 pub mod limits;
-mod reach;
+
+pub mod evaluation;
 pub mod statistics;
 pub mod summary;
 
+pub mod details;
 mod figures;
 pub mod output;
 mod page;
 pub mod tables;
-pub mod words;

@@ -18,7 +18,7 @@ use crate::identified_model::IdentifiedModel;
 use crate::latency;
 use crate::options::Options;
 use crate::reach::{Reach, Situation};
-use crate::record::{Outcome, Recording};
+use crate::record::{ObjectOutcome, Recording};
 use crate::workload::{Block, Programme, TICK_S, Workload};
 
 /// Noise of the gauges, µε rms. The limits are widened for noise, so they are measured without much of it.
@@ -26,7 +26,7 @@ const NOISE_UE: f64 = 20.0;
 /// Length of one random stream, h.
 const BLOCK_H: f64 = 0.5;
 /// A collapse is over after this time, ms.
-const COLLAPSE_MS: usize = 60;
+const COLLAPSE_MS: usize = 100;
 /// Runs drawn at a time.
 const BATCH: u64 = 64;
 /// The share of losses that reach what is said.
@@ -78,10 +78,10 @@ pub fn measure(
         .enumerate()
         .map(|(at, situation)| {
             let mut held = held(base, options, models, situation, done)?;
-            for run in &runs {
-                if run.kind.is_none() {
-                    held.join(&run.reach[at]);
-                }
+            // In every run of the sample the arm moves.
+            let stays = runs.iter().filter(|run| run.kind.is_none());
+            for run in stays.filter(|_| situation != Situation::Still) {
+                held.join(&run.reach[at]);
             }
             Ok(Measured {
                 situation,
@@ -132,9 +132,9 @@ fn runs(base: &Setup, options: &Options, done: &(dyn Fn(u64) + Sync)) -> anyhow:
 fn run(base: &Setup, options: &Options, index: u64) -> anyhow::Result<Option<Run>> {
     let (case, recording) = latency::prepare(base, options, Knowledge::Calibrated, index)?;
     let (kind, until) = match recording.outcome() {
-        Outcome::Displaced => return Ok(None),
-        Outcome::Held => (None, recording.carried().end - 1),
-        Outcome::Lost { onset } => {
+        ObjectOutcome::Displaced => return Ok(None),
+        ObjectOutcome::Held => (None, recording.carried().end - 1),
+        ObjectOutcome::Lost { onset } => {
             let sphere = case.setup.scenario.object == ObjectKind::Sphere;
             let kind = Kind {
                 passes: sphere && case.push.is_none(),

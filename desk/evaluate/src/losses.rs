@@ -1,10 +1,10 @@
-//! The losses, a row each, as CSV.
+//! The losses as CSV.
 
-use finger::capability::Object;
+use finger::object::Object;
 
-use crate::trial::{Loss, Report, Trial, Verdict};
+use crate::trial::{Classification, ControllerReport, Loss, Trial};
 
-/// Its columns.
+/// Names of the CSV columns; files of users depend on them.
 const COLUMNS: [&str; 25] = [
     "knowledge",
     "index",
@@ -33,7 +33,10 @@ const COLUMNS: [&str; 25] = [
     "verdict",
 ];
 
-/// The losses, a row each.
+/// The losses as CSV, one row each.
+///
+/// # Errors
+/// If a row cannot be formatted.
 pub fn csv(trials: &[Trial]) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS)?;
@@ -53,11 +56,11 @@ fn row(trial: &Trial, loss: &Loss) -> [String; COLUMNS.len()] {
     let maybe = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.3}"));
     let push = case.push;
     let (reported_s, moved_mm) = match trial.report {
-        Report::Lost { t_s, moved_mm } => (Some(t_s), Some(f64::from(moved_mm))),
-        Report::Nothing | Report::Other { .. } => (None, None),
+        ControllerReport::Lost { t_s, moved_mm } => (Some(t_s), Some(f64::from(moved_mm))),
+        ControllerReport::Nothing | ControllerReport::Other { .. } => (None, None),
     };
-    let (latency_ms, verdict) = match trial.verdict() {
-        Verdict::Reported(ms) => (Some(ms), "reported".to_string()),
+    let (latency_ms, verdict) = match trial.classification() {
+        Classification::Reported(ms) => (Some(ms), "reported".to_string()),
         other => (None, format!("{other:?}").to_lowercase()),
     };
     [

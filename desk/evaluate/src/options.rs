@@ -1,4 +1,4 @@
-//! What is to be evaluated.
+//! Options of an evaluation.
 
 use std::path::PathBuf;
 
@@ -7,17 +7,17 @@ use softgrip::settings::Settings;
 /// Noise of the gauges, µε rms.
 pub const NOISE_UE: [f64; 3] = [20.0, 100.0, 400.0];
 
-/// Share of the hours at the highest level of noise, which nobody should have.
+/// Fraction of the hours at the highest level of noise, which a usable gripper does not have.
 const FEWER_HOURS: f64 = 0.1;
 
-/// What is to be evaluated.
+/// Options of an evaluation.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Seed of everything. The detector's parameters were chosen on seeds below 1000.
     pub seed: u64,
-    /// True losses to be found for each class of knowledge.
+    /// Number of true losses for each class of calibration.
     pub losses: usize,
-    /// Hours of holding and moving at each level of noise.
+    /// Hours of operation at each level of noise, h; see [`Options::hours_at`].
     pub hours: f64,
     /// Directory of simulated losses that are kept, for work on the detector.
     pub recordings: Option<PathBuf>,

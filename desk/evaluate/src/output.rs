@@ -1,4 +1,4 @@
-//! The evaluation's files.
+//! Writes the files of an evaluation.
 
 use std::path::Path;
 
@@ -10,6 +10,9 @@ use crate::summary::Summary;
 use crate::{figures, losses, page};
 
 /// Writes page, charts, numbers and losses to a directory.
+///
+/// # Errors
+/// If a figure cannot be drawn or a file cannot be written.
 pub fn write(
     evaluation: &Evaluation,
     summary: &Summary,

@@ -1,8 +1,8 @@
-//! A simulated run, kept so that it can be measured again with other noise and judged by other
-//! detectors.
+//! A simulated run, recorded without sensor errors, so that it can be measured with any noise and judged by
+//! any detector.
 //!
-//! Gauge noise does not reach the physics before a loss is reported: the regulator listens to its own
-//! monitor, and the reaction to a loss is to hold. So the physics is simulated once, in closed loop,
+//! Gauge noise does not influence the physics before a loss is reported: the regulator follows its own
+//! monitor, and the reaction to a loss is to hold. Therefore the physics is simulated once, in closed loop,
 //! and its strains and pressures are measured again for each level of noise.
 
 use std::ops::ControlFlow;
@@ -19,25 +19,25 @@ use crate::sensor_model::SensorModel;
 
 /// The object is gone once it has moved this far against the palm, mm.
 pub const GONE_MM: f32 = 20.0;
-/// What happens later than this after the object was gone is not of interest, s.
+/// The recording ends this long after the object is gone, s.
 const AFTERMATH_S: f64 = 0.7;
 
-/// One tick.
+/// The true state at one control tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Tick {
-    /// What the gauges show without noise, drift and errors of gain, µε.
+    /// Strain of each gauge without noise, drift and gain errors, µε.
     pub strain_ue: [f32; FINGERS],
-    /// Pressure, kPa.
+    /// True pressure in the fingers, kPa.
     pub pressure_kpa: f32,
     /// True residual, summed over the fingers, µε.
     pub residual_ue: f32,
-    /// How far the object has moved against the palm since it was lifted, mm.
+    /// Displacement of the object relative to the palm since the lift began, mm.
     pub moved_mm: f32,
-    /// How far the object has slid along the fingers since it was lifted, mm.
+    /// Distance that the object has slid along the fingers since the lift began, mm.
     pub slid_mm: f32,
 }
 
-/// A run.
+/// The true course of one run, without sensor errors.
 #[derive(Debug, Clone)]
 pub struct Recording {
     /// Every tick; the first one is tick 1.
@@ -50,26 +50,29 @@ pub struct Recording {
     pub release: Option<usize>,
 }
 
-/// Fingers that have less of the plateau than this hold nothing any more.
+/// Below this fraction of the plateau the fingers hold nothing.
 const EMPTY: f64 = 0.5;
 
-/// What really happened.
+/// What happened to the object in a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome {
-    /// The object stayed where it was until it was let go.
+pub enum ObjectOutcome {
+    /// The object moved by at most [`GONE_MM`] until it was released.
     Held,
-    /// It moved, but the fingers still press on it.
+    /// It moved by more than [`GONE_MM`], but the fingers still press on it.
     Displaced,
     /// It was lost: the true residual sum fell below half of its plateau, which it left, at 90 %, for good at
     /// this tick.
     Lost {
-        /// That tick.
+        /// Tick of the onset, as in [`Recording::at`].
         onset: usize,
     },
 }
 
 impl Recording {
-    /// Simulates a case, in closed loop at this noise.
+    /// Simulates a case in closed loop, with gauge noise of `noise_ue` (µε rms).
+    ///
+    /// # Errors
+    /// If the settings are not valid for the case's fingers.
     pub fn of(
         case: &Case,
         table: &'static FingerTable,
@@ -134,8 +137,8 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Runs a controller over it, measured at a level of noise. `look` sees each tick's number, its truth and
-    /// what the controller made of it, until it has seen enough.
+    /// Runs a controller over the recording, measured at a level of noise. `look` is called with each tick's
+    /// number, its true state and the controller's outputs, until it breaks.
     pub fn replay(
         &self,
         case: &Case,
@@ -175,7 +178,7 @@ impl Recording {
         }
     }
 
-    /// What the robot asks for at a tick.
+    /// The robot's command at tick `tick`, from 1.
     pub fn command(&self, tick: usize, pressure_kpa: f64) -> Command {
         if tick == self.grip {
             Command::Grip(Grip::Pressure(Kilopascals(pressure_kpa as f32)))
@@ -191,17 +194,17 @@ impl Recording {
         self.lift..self.release.unwrap_or(self.ticks.len() + 1)
     }
 
-    /// A tick by its number.
+    /// The state at tick `tick`, from 1.
     pub fn at(&self, tick: usize) -> &Tick {
         &self.ticks[tick - 1]
     }
 
-    /// What became of the object.
-    pub fn outcome(&self) -> Outcome {
+    /// Classifies the recording by its true residuals.
+    pub fn outcome(&self) -> ObjectOutcome {
         let carried = self.carried();
         let gone = carried.clone().any(|tick| self.at(tick).moved_mm > GONE_MM);
         if !gone {
-            return Outcome::Held;
+            return ObjectOutcome::Held;
         }
         let held = &self.ticks[carried.start - 1..carried.end - 1];
         let sums = held.iter().map(|tick| f64::from(tick.residual_ue));
@@ -210,10 +213,10 @@ impl Recording {
             .clone()
             .any(|sum| sum < EMPTY * f64::from(held[0].residual_ue));
         match run::collapse_of(sums) {
-            Some(n) if emptied => Outcome::Lost {
+            Some(n) if emptied => ObjectOutcome::Lost {
                 onset: carried.start + n,
             },
-            _ => Outcome::Displaced,
+            _ => ObjectOutcome::Displaced,
         }
     }
 }
@@ -226,7 +229,7 @@ pub struct Measure<'a> {
 }
 
 impl<'a> Measure<'a> {
-    /// The same noise for every level, but for its size.
+    /// The noise of a case is the same sequence at every level, scaled.
     pub fn new(case: &'a Case, noise_ue: f64) -> Self {
         let rng = generator(case.seed, 0, 0);
         let monitor_noise_kpa = case.setup.gripper.regulator.monitor_noise_kpa;
@@ -237,7 +240,7 @@ impl<'a> Measure<'a> {
         }
     }
 
-    /// What the converter delivers.
+    /// The converter's codes for tick `tick` with the true state `truth`.
     pub fn frame(&mut self, tick: usize, truth: &Tick) -> RawFrame {
         let case = self.case;
         let t_s = tick as f64 * 1e-6 * TICK_US as f64;

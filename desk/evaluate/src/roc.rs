@@ -1,5 +1,5 @@
-//! Latency against false alarms: the controller at other levels of evidence, and the rules of others at
-//! other thresholds, on the same traces.
+//! Operating curves, latency over false-alarm rate: the controller at other evidence limits, and the
+//! published rules at other thresholds, on the same traces.
 
 use std::ops::ControlFlow;
 
@@ -9,19 +9,19 @@ use softgrip::settings::Settings;
 
 use crate::baselines::{Baseline, Baselines, Envelope, RULES};
 use crate::case::Case;
-use crate::record::{Outcome, Recording};
+use crate::record::{ObjectOutcome, Recording};
 use crate::statistics::quantile;
 use crate::tally::Tally;
-use crate::trial::{self, UNMOVED_MM, Verdict};
+use crate::trial::{self, Classification, UNMOVED_MM};
 
 /// Noise of the comparison, µε.
 pub const NOISE_UE: f64 = 100.0;
-/// Evidence over that of the settings, for the controller's own curve.
+/// Factors on the controller's evidence limit, for its own curve.
 pub const EVIDENCE: [f32; 9] = [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 2.0, 4.0];
-/// Share of the hours that each point of the controller's own curve gets.
+/// Fraction of the hours that each point of the controller's curve gets.
 pub const SWEEP_SHARE: f64 = 0.05;
 
-/// One loss, as everybody saw it.
+/// One loss as seen by the controller and by every rule.
 #[derive(Debug, Clone)]
 pub struct Race {
     onset: usize,
@@ -30,7 +30,7 @@ pub struct Race {
     controller_ms: [Option<f64>; EVIDENCE.len()],
 }
 
-/// The settings with other evidence.
+/// The settings with the evidence limit multiplied by `factor`.
 pub fn with_evidence(settings: &Settings, factor: f32) -> Settings {
     let mut settings = *settings;
     let evidence = &mut settings.detection.loss_evidence_percent_ms;
@@ -39,22 +39,25 @@ pub fn with_evidence(settings: &Settings, factor: f32) -> Settings {
 }
 
 impl Race {
-    /// Lets everybody look at a loss; none where nothing is lost.
+    /// Runs the controller and all rules on a recording; none if nothing is lost in it.
+    ///
+    /// # Errors
+    /// If the settings are not valid for the case's fingers.
     pub fn run(
         case: &Case,
         recording: &Recording,
         settings: &Settings,
         base: &Setup,
     ) -> anyhow::Result<Option<Self>> {
-        let Outcome::Lost { onset } = recording.outcome() else {
+        let ObjectOutcome::Lost { onset } = recording.outcome() else {
             return Ok(None);
         };
         let mut controller_ms = [None; EVIDENCE.len()];
         for (ms, factor) in controller_ms.iter_mut().zip(EVIDENCE) {
             let settings = with_evidence(settings, factor);
             let trial = trial::judge(case, recording, NOISE_UE, &settings, base)?;
-            *ms = match trial.verdict() {
-                Verdict::Reported(ms) => Some(ms),
+            *ms = match trial.classification() {
+                Classification::Reported(ms) => Some(ms),
                 _ => None,
             };
         }
@@ -91,12 +94,12 @@ impl Race {
     }
 }
 
-/// How good a detector is at one threshold.
+/// False alarms and latency of a detector at one threshold.
 #[derive(Debug, Clone, Copy)]
 pub struct Point {
-    /// Its threshold, or evidence over that of the settings.
+    /// Threshold of a rule (dimensionless), or factor on the controller's evidence limit.
     pub threshold: f64,
-    /// False alarms.
+    /// Number of false alarms.
     pub alarms: u64,
     /// Hours in which they were counted.
     pub hours: f64,
@@ -133,16 +136,16 @@ impl Point {
     }
 }
 
-/// A detector at many thresholds.
+/// The operating curve of one detector.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// Its name.
+    /// Name of the detector in tables and charts.
     pub name: &'static str,
     /// From the most alarms to the fewest.
     pub points: Vec<Point>,
-    /// At the threshold that is published or set.
+    /// At the published threshold, or at the controller's settings.
     pub published: Option<Point>,
-    /// At the controller's rate of false alarms, or at none where there was none.
+    /// At the threshold with the controller's false-alarm rate, or with none where the controller has none.
     pub equal: Option<Point>,
 }
 

@@ -1,7 +1,7 @@
-//! The sensor model: strain and pressure → codes of the converter, cheaply.
+//! A fast sensor model: from strain and pressure to converter codes.
 //!
-//! The noise of a tick's mean is drawn once for the tick and not for each of its scans; the mean of ten
-//! scans, each quantised, differs from that by less than a code.
+//! The noise of a tick's mean is drawn once per tick, not once per scan; the mean of ten quantised scans
+//! differs from that by less than one code.
 
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
@@ -9,10 +9,10 @@ use softgrip::frontend::FrontEnd;
 use softgrip::units::{AdcCode, Kilopascals, Microstrain, Volts};
 use softgrip::{FINGERS, RawFrame};
 
-/// Scans per tick.
+/// Converter scans that are averaged in one tick.
 const SCANS: u16 = 10;
 
-/// One gripper's measuring chain.
+/// Gauges, monitor and converter of one gripper.
 #[derive(Debug, Clone)]
 pub struct SensorModel<R> {
     rng: R,
@@ -31,7 +31,7 @@ impl<R: Rng> SensorModel<R> {
         }
     }
 
-    /// One tick's frame; `noise_ue` is the rms of a gauge's reading.
+    /// The converter's codes for one tick; `noise_ue` is the rms noise of a gauge reading, µε.
     pub fn frame(
         &mut self,
         strain_ue: [f32; FINGERS],

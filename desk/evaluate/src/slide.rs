@@ -1,4 +1,5 @@
-//! How an object gives way sideways under stops and bumps, fitted to a run of knocks on the simulated gripper.
+//! Model of how a held object slides sideways under stops and bumps, fitted to a run with knocks on the
+//! simulated gripper.
 
 use std::f64::consts::TAU;
 
@@ -6,37 +7,36 @@ use finger::capability::GRAVITY_M_S2;
 use sim::setup::Setup;
 use softgrip::FINGERS;
 
-use crate::bench::{Bench, STEP_S, spread};
 use crate::difference::{Difference, Filter};
+use crate::rig::{Rig, STEP_S, spread};
 
-/// How an object gives way across the fingers: once what it pulls at them, its weight included, is more
-/// than friction resists.
+/// Sideways slide of a held object, once its load on the fingers, including its weight, exceeds friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slide {
-    /// What friction resists, m/s²: of the weight, and of acceleration along and across together.
+pub struct SlideModel {
+    /// Friction threshold, m/s²: for the vector sum of weight, and acceleration along and across the fingers.
     pub threshold_m_s2: f64,
-    /// What the fingers push back for each unit of the way, 1/s.
+    /// Restoring rate of the fingers, 1/s.
     pub restoring_per_s: f64,
     /// Share by which the way follows acceleration in a tick.
     pub gain: f64,
-    /// Residual of a finger for each unit of the way towards it, µε per m/s.
+    /// Change of a finger's residual per unit of slide towards it, µε per m/s.
     pub shift_ue: f64,
-    /// Change of every residual with the length of the way, µε per m/s.
+    /// Change of every residual per unit of path length, µε per m/s.
     pub rise_ue: f64,
 }
 
-/// An object that gives way, in motion. The way counts in m/s: acceleration beyond the threshold times its
-/// duration.
+/// State of the sideways slide. Distance counts in m/s: acceleration beyond the threshold, integrated over
+/// time.
 #[derive(Debug, Clone, Copy)]
 pub struct Slider {
-    slide: Slide,
+    slide: SlideModel,
     lagged: [f64; 3],
     way: [f64; 2],
 }
 
 impl Slider {
-    /// At rest in the middle.
-    pub fn new(slide: Slide) -> Self {
+    /// An object at rest in the middle of the grip.
+    pub fn new(slide: SlideModel) -> Self {
         Self {
             slide,
             lagged: [0.0; 3],
@@ -47,7 +47,7 @@ impl Slider {
     /// Change of the fingers' residuals under this acceleration, µε.
     pub fn step(&mut self, acceleration_m_s2: [f64; 3]) -> [f64; FINGERS] {
         self.advance(acceleration_m_s2);
-        let Slide {
+        let SlideModel {
             shift_ue, rise_ue, ..
         } = self.slide;
         let [x, y] = self.way;
@@ -55,7 +55,7 @@ impl Slider {
         spread([x, y]).map(|way| shift_ue * way + rise)
     }
 
-    /// What its way, wherever to, has changed in every residual, µε.
+    /// Change of every residual by the path length of the slide, µε.
     pub fn gave_way_ue(&self) -> f64 {
         let [x, y] = self.way;
         self.slide.rise_ue * (x * x + y * y).sqrt()
@@ -80,26 +80,26 @@ impl Slider {
 
 /// One tick of a run across the fingers.
 struct Across {
-    /// Acceleration, m/s².
+    /// Acceleration of the palm, m/s².
     acceleration_m_s2: [f64; 3],
-    /// What the linear answers leave of each finger's residual, µε.
+    /// Residual of each finger that the linear responses do not explain, µε.
     left_ue: [f64; FINGERS],
-    /// What the tick counts for.
+    /// Weight of the tick in the fit.
     weight: f64,
 }
 
-impl Slide {
+impl SlideModel {
     /// Thresholds, restorations and lags that are tried.
     const THRESHOLDS_M_S2: std::ops::Range<u32> = 11..36;
     const RESTORING_PER_S: [f64; 6] = [0.0, 2.0, 5.0, 10.0, 20.0, 40.0];
     const GAINS: [f64; 4] = [1.0, 0.2, 0.1, 0.05];
 
-    /// What a setup holds, identified under knocks; its linear answers are known.
+    /// Identifies the slide of the object that a setup holds, given its linear responses.
     pub fn of(setup: &Setup, along: Difference, across: Difference) -> Self {
         Self::fit(&knocks(setup, along, across))
     }
 
-    /// The one whose course is most like that of a run, as large as in the run.
+    /// The model with the highest correlation with a run, scaled to it.
     fn fit(run: &[Across]) -> Self {
         let tried = Self::THRESHOLDS_M_S2.flat_map(|threshold| {
             Self::RESTORING_PER_S
@@ -121,8 +121,7 @@ impl Slide {
             .expect("something is tried")
     }
 
-    /// The same with shifts as large as in the run, where those of the best fit would be too small; and
-    /// how much of the run goes its way.
+    /// The model scaled so that its shifts are as large as in the run, and its correlation with the run.
     fn scaled(mut self, run: &[Across]) -> (Self, f64) {
         let mut slider = Slider::new(self);
         let mut shift = Likeness::default();
@@ -142,7 +141,7 @@ impl Slide {
     }
 }
 
-/// How like two courses are.
+/// Weighted correlation of two signals.
 #[derive(Debug, Clone, Copy, Default)]
 struct Likeness {
     model: f64,
@@ -157,7 +156,7 @@ impl Likeness {
         self.truth += weight * truth * truth;
     }
 
-    /// What gives the model the truth's power.
+    /// Factor that gives the model the power of the reference.
     fn scale(&self) -> f64 {
         match self.model > 0.0 {
             true => self.both.signum() * (self.truth / self.model).sqrt(),
@@ -173,8 +172,8 @@ impl Likeness {
     }
 }
 
-/// Half sines under which an object is made to give way: peak, m/s², length, s, direction across in units
-/// of a sixth of a turn, and share along.
+/// Half-sine knocks for the identification: peak, m/s²; duration, s; direction across in sixths of a turn;
+/// fraction along.
 const KNOCKS: [(f64, f64, f64, f64); 10] = [
     (10.0, 0.30, 2.0, 0.0),
     (12.0, 0.15, 0.0, 0.4),
@@ -187,13 +186,13 @@ const KNOCKS: [(f64, f64, f64, f64); 10] = [
     (40.0, 0.015, 0.4, 0.0),
     (18.0, 0.12, 5.3, -0.6),
 ];
-/// Time from one to the next, s.
+/// Time between two knocks, s.
 const KNOCK_S: f64 = 0.4;
 
-/// What the linear answers leave of the residuals under knocks.
+/// Residuals under knocks that the linear responses do not explain.
 fn knocks(setup: &Setup, along: Difference, across: Difference) -> Vec<Across> {
-    let mut bench = Bench::holding(setup, setup.scenario.pressure_kpa);
-    let plateau = bench.residual_ue();
+    let mut rig = Rig::holding(setup, setup.scenario.pressure_kpa);
+    let plateau = rig.residual_ue();
     let mut filters = [along, across, across].map(Filter::new);
     let mut run: Vec<Across> = Vec::new();
     for (peak_m_s2, length_s, sixth, share) in KNOCKS {
@@ -207,8 +206,8 @@ fn knocks(setup: &Setup, along: Difference, across: Difference) -> Vec<Across> {
             };
             let flat = size * f64::sqrt(1.0 - share * share);
             let acceleration_m_s2 = [flat * angle.cos(), flat * angle.sin(), share * size];
-            bench.step(acceleration_m_s2);
-            let now = bench.residual_ue();
+            rig.step(acceleration_m_s2);
+            let now = rig.residual_ue();
             let [x, y, z] = acceleration_m_s2;
             let [along, first, second] = &mut filters;
             let along = along.step(z);

@@ -1,4 +1,4 @@
-//! What counts and samples say.
+//! Quantiles of samples and bounds of counts.
 
 /// The `share`-quantile of sorted values, none of no values: the smallest value that at least that share
 /// does not exceed. No interpolation: a published latency is one that was measured.

@@ -1,4 +1,4 @@
-//! Recordings on disk, so that work on the detector need not wait for the physics.
+//! Recordings on disk, so that the physics is not simulated again while the detector is changed.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use softgrip::settings::Settings;
 use crate::case::Case;
 use crate::record::{Recording, Tick};
 
-/// Numbers per tick.
+/// Values that are stored for each tick: the fields of `Tick`.
 const NUMBERS: usize = 7;
 
 /// Sources of simulator, finger and controller without its detector, and the versions of the engine and of all
@@ -21,6 +21,9 @@ const PHYSICS: &str = env!("PHYSICS_SHA256");
 /// another finger or by another simulator have other names, so they are not found.
 ///
 /// `settings` and `noise_ue` are those at which `simulate` closes the loop.
+///
+/// # Errors
+/// If a stored recording is incomplete (by its path), the simulation fails, or the file cannot be written.
 pub fn recording(
     dir: &Path,
     case: &Case,

@@ -1,4 +1,4 @@
-//! The published numbers, from what was measured.
+//! The published numbers, computed from the raw results.
 
 use report::json::round;
 use serde::Serialize;
@@ -11,43 +11,43 @@ use crate::options::{NOISE_UE, Options};
 use crate::roc::{Curve, Point};
 use crate::statistics::{poisson_upper_95, quantile};
 use crate::tally::{Count, Tally};
-use crate::trial::{Report, Trial, Verdict};
+use crate::trial::{Classification, ControllerReport, Trial};
 
 /// A slip must be warned of before the object has moved this far, mm.
 pub const WARN_MM: f64 = 15.0;
 
-/// Everything that is published; the object that `--json` prints.
+/// All published numbers; the object that `--json` prints.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
-    /// Seed.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// How soon.
-    pub latency: Vec<Latency>,
-    /// What came before.
-    pub slide: Vec<Slide>,
-    /// How often for nothing.
-    pub false_alarms: Vec<Alarms>,
-    /// Against others.
+    /// Detection latency, one entry per level of noise, origin and class of calibration.
+    pub latency: Vec<LatencyStatistics>,
+    /// How far objects slid before the report, per object, origin and level of noise.
+    pub slide: Vec<SlideStatistics>,
+    /// False reports, one entry per level of noise.
+    pub false_alarms: Vec<AlarmStatistics>,
+    /// Comparison with published rules: the controller first.
     pub detectors: Vec<Detector>,
 }
 
-/// How soon losses were reported, at one level of noise, for one origin and one class of knowledge.
+/// Detection latency at one level of noise, for one origin and one class of calibration.
 #[derive(Debug, Clone, Serialize)]
-pub struct Latency {
+pub struct LatencyStatistics {
     /// Noise of the gauges, µε rms.
     pub noise_ue: f64,
-    /// What took the object.
+    /// What made the object fall.
     pub origin: Origin,
-    /// How well the controller knew its fingers.
+    /// Class of calibration.
     pub knowledge: Knowledge,
-    /// True losses.
+    /// Number of true losses.
     pub losses: usize,
     /// Quantiles of the latency, ms.
     #[serde(flatten)]
     pub ms: Quantiles,
-    /// Reported before the onset, and the earliest of them.
+    /// Losses that were reported before the onset.
     pub early: usize,
-    /// Not reported in time.
+    /// Losses that were not reported within [`crate::trial::MISSED_MS`].
     pub missed: usize,
     /// Reported as something else: an air loss or a fault.
     pub misnamed: usize,
@@ -55,26 +55,26 @@ pub struct Latency {
     pub not_recognised: usize,
     /// Runs in which nothing was lost.
     pub held: usize,
-    /// Of these, runs in which the object was moved out of place by more than 20 mm.
+    /// Of these, runs in which the object was displaced by more than 20 mm.
     pub displaced: usize,
     /// Of these, runs in which a loss was reported.
     pub displaced_reported: usize,
-    /// Reported lost while it was held, or long before it was lost.
+    /// Reports of *lost* while the object was held, or before it had moved by [`crate::trial::UNMOVED_MM`].
     pub false_alarms: usize,
 }
 
 /// Quantiles of a latency; none where there is nothing.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Quantiles {
-    /// The smallest.
+    /// Smallest latency.
     pub min: Option<f64>,
-    /// The median.
+    /// Median latency.
     pub p50: Option<f64>,
-    /// 95 %.
+    /// 95 % quantile.
     pub p95: Option<f64>,
-    /// 99 %.
+    /// 99 % quantile.
     pub p99: Option<f64>,
-    /// The greatest.
+    /// Greatest latency.
     pub max: Option<f64>,
 }
 
@@ -92,136 +92,136 @@ impl Quantiles {
     }
 }
 
-/// How long and how far an object had slid, at one level of noise.
+/// Slide of the object before the report, at one level of noise.
 #[derive(Debug, Clone, Serialize)]
-pub struct Slide {
-    /// What it was.
+pub struct SlideStatistics {
+    /// Kind of object.
     pub object: ObjectKind,
-    /// What took it.
+    /// What made the object fall.
     pub origin: Origin,
     /// Noise of the gauges, µε rms.
     pub noise_ue: f64,
     /// Losses that were reported.
     pub losses: usize,
-    /// From the first half millimetre to the report, ms.
+    /// Time from the first 0.5 mm of slide to the report, ms.
     pub lost_ms: Quantiles,
-    /// Way against the palm at the report, mm.
+    /// Displacement relative to the palm at the report, mm.
     pub lost_mm: Quantiles,
     /// Losses with a warning of a slip before the report.
     pub warned: usize,
-    /// Of these, within [`WARN_MM`].
+    /// Of these, losses with a warning before the object had moved [`WARN_MM`].
     pub warned_in_time: usize,
-    /// Way against the palm at the warning, mm.
+    /// Displacement relative to the palm at the warning, mm.
     pub warned_mm: Quantiles,
 }
 
 /// False reports at one level of noise.
 #[derive(Debug, Clone, Serialize)]
-pub struct Alarms {
+pub struct AlarmStatistics {
     /// Noise of the gauges, µε rms.
     pub noise_ue: f64,
-    /// By what was going on.
-    pub causes: Vec<Cause>,
-    /// While the arm moved hard.
-    pub hard_motion: Cause,
-    /// Everything together.
-    pub total: Cause,
+    /// Per activity, in the order of [`crate::cycle::Activity::ALL`].
+    pub causes: Vec<AlarmRate>,
+    /// Sum over the activities of hard motion.
+    pub hard_motion: AlarmRate,
+    /// Sum over all activities.
+    pub total: AlarmRate,
 }
 
-/// False reports while something was going on.
+/// False reports during one activity, or a sum of activities.
 #[derive(Debug, Clone, Serialize)]
-pub struct Cause {
-    /// What.
+pub struct AlarmRate {
+    /// Name of the activity.
     pub cause: &'static str,
-    /// For how long.
+    /// Simulated time, h.
     pub hours: f64,
-    /// How often.
+    /// How often the activity occurred.
     pub times: u64,
-    /// False reports of *lost*, per hour, and the upper 95 % bound.
+    /// Number of false reports of *lost*.
     pub lost: u64,
-    /// Per hour.
+    /// False reports of *lost* per hour.
     pub lost_per_hour: f64,
     /// Upper 95 % bound of that.
     pub lost_per_hour_95: f64,
     /// False warnings of a slip: the object had not given way.
     pub slips: u64,
-    /// Per hour.
+    /// False warnings of a slip per hour.
     pub slips_per_hour: f64,
-    /// Faults and air losses that were none.
+    /// Number of false faults and false air losses.
     pub faults: u64,
 }
 
-/// A detector.
+/// The controller or a published rule, in the comparison.
 #[derive(Debug, Clone, Serialize)]
 pub struct Detector {
-    /// Its name.
+    /// Name in tables and charts.
     pub name: &'static str,
-    /// At the controller's rate of false alarms.
-    pub equal: Option<Setting>,
-    /// Its median latency there over the controller's; none if it misses half, or if the controller's is
-    /// not positive.
+    /// At the threshold with the controller's false-alarm rate.
+    pub equal: Option<OperatingPoint>,
+    /// Ratio of its median latency there to the controller's; none if it misses half of the losses, or if the
+    /// controller's median is not positive.
     pub times_slower_p50: Option<f64>,
-    /// The same of the 99 %.
+    /// The same ratio for the 99 % quantile.
     pub times_slower_p99: Option<f64>,
-    /// As published or set.
-    pub published: Option<Setting>,
-    /// At many thresholds.
-    pub curve: Vec<Setting>,
+    /// At the published threshold, or at the controller's settings.
+    pub published: Option<OperatingPoint>,
+    /// Operating points over all thresholds, from the most alarms to the fewest.
+    pub curve: Vec<OperatingPoint>,
 }
 
 /// A detector at one threshold.
 #[derive(Debug, Clone, Serialize)]
-pub struct Setting {
+pub struct OperatingPoint {
     /// The threshold, or for the controller its evidence over that of the settings.
     pub threshold: f64,
-    /// False alarms.
+    /// Number of false alarms.
     pub alarms: u64,
     /// Hours in which they were counted.
     pub hours: f64,
-    /// Median, ms.
+    /// Median latency, ms; none if half of the losses are missed.
     pub p50_ms: Option<f64>,
-    /// 99 %, ms; none if more than one in a hundred is missed.
+    /// 99 % quantile of the latency, ms; none if more than 1 % of the losses are missed.
     pub p99_ms: Option<f64>,
-    /// Losses that were missed.
+    /// Number of losses that were not reported.
     pub missed: usize,
 }
 
 impl Summary {
-    /// Counts.
+    /// Computes the published numbers from the raw results.
     pub fn of(evaluation: &Evaluation, options: &Options) -> Self {
         let trials = &evaluation.sample.trials;
         let latency = NOISE_UE.into_iter().flat_map(|noise| {
             ORIGINS.into_iter().flat_map(move |origin| {
-                KNOWLEDGE.map(|knowledge| Latency::of(trials, noise, origin, knowledge))
+                KNOWLEDGE.map(|knowledge| LatencyStatistics::of(trials, noise, origin, knowledge))
             })
         });
         let objects = [ObjectKind::Sphere, ObjectKind::Cylinder];
         let slide = objects.into_iter().flat_map(|object| {
             ORIGINS.into_iter().flat_map(move |origin| {
-                NOISE_UE.map(|noise| Slide::of(trials, object, origin, noise))
+                NOISE_UE.map(|noise| SlideStatistics::of(trials, object, origin, noise))
             })
         });
         Self {
             seed: options.seed,
             latency: latency.collect(),
             slide: slide.collect(),
-            false_alarms: evaluation.tallies.iter().map(Alarms::of).collect(),
+            false_alarms: evaluation.tallies.iter().map(AlarmStatistics::of).collect(),
             detectors: detectors(&evaluation.curves),
         }
     }
 }
 
-impl Latency {
+impl LatencyStatistics {
     fn of(trials: &[Trial], noise_ue: f64, origin: Origin, knowledge: Knowledge) -> Self {
         let of: Vec<&Trial> = trials
             .iter()
             .filter(|t| t.noise_ue == noise_ue && t.case.origin() == origin)
             .filter(|t| t.case.knowledge == knowledge)
             .collect();
-        let verdicts: Vec<Verdict> = of.iter().map(|trial| trial.verdict()).collect();
-        let count = |wanted| verdicts.iter().filter(|v| **v == wanted).count();
-        let reported = verdicts.iter().filter_map(|verdict| match verdict {
-            Verdict::Reported(ms) => Some(*ms),
+        let classes: Vec<Classification> = of.iter().map(|trial| trial.classification()).collect();
+        let count = |wanted| classes.iter().filter(|v| **v == wanted).count();
+        let reported = classes.iter().filter_map(|class| match class {
+            Classification::Reported(ms) => Some(*ms),
             _ => None,
         });
         let ms: Vec<f64> = reported.collect();
@@ -232,30 +232,30 @@ impl Latency {
             losses: of.iter().filter(|t| t.loss.is_some()).count(),
             early: ms.iter().filter(|ms| **ms < 0.0).count(),
             ms: Quantiles::of(ms),
-            missed: count(Verdict::Missed),
-            misnamed: count(Verdict::Misnamed),
-            not_recognised: count(Verdict::NotRecognised),
+            missed: count(Classification::Missed),
+            misnamed: count(Classification::Misnamed),
+            not_recognised: count(Classification::NotRecognised),
             held: of.iter().filter(|t| t.loss.is_none()).count(),
-            displaced: count(Verdict::Displaced),
+            displaced: count(Classification::Displaced),
             displaced_reported: of
                 .iter()
-                .filter(|t| t.verdict() == Verdict::Displaced)
-                .filter(|t| matches!(t.report, Report::Lost { .. }))
+                .filter(|t| t.classification() == Classification::Displaced)
+                .filter(|t| matches!(t.report, ControllerReport::Lost { .. }))
                 .count(),
-            false_alarms: count(Verdict::FalseAlarm),
+            false_alarms: count(Classification::FalseAlarm),
         }
     }
 }
 
-impl Slide {
+impl SlideStatistics {
     fn of(trials: &[Trial], object: ObjectKind, origin: Origin, noise_ue: f64) -> Self {
         let reported = trials.iter().filter_map(|trial| {
             let case = &trial.case;
             let fits = trial.noise_ue == noise_ue
                 && case.setup.scenario.object == object
                 && case.origin() == origin;
-            match (trial.verdict(), &trial.report) {
-                (Verdict::Reported(_), Report::Lost { t_s, moved_mm }) if fits => {
+            match (trial.classification(), &trial.report) {
+                (Classification::Reported(_), ControllerReport::Lost { t_s, moved_mm }) if fits => {
                     Some((*t_s, f64::from(*moved_mm), trial.loss?))
                 }
                 _ => None,
@@ -284,22 +284,22 @@ impl Slide {
     }
 }
 
-impl Alarms {
+impl AlarmStatistics {
     fn of(tally: &Tally) -> Self {
         let causes = Activity::ALL.iter().zip(tally.counts);
         Self {
             noise_ue: tally.noise_ue,
             causes: causes
                 .filter(|(_, count)| count.times > 0)
-                .map(|(activity, count)| Cause::of(activity.name(), count))
+                .map(|(activity, count)| AlarmRate::of(activity.name(), count))
                 .collect(),
-            hard_motion: Cause::of("hard motion", tally.hard_motion()),
-            total: Cause::of("everything", tally.total()),
+            hard_motion: AlarmRate::of("hard motion", tally.hard_motion()),
+            total: AlarmRate::of("everything", tally.total()),
         }
     }
 }
 
-impl Cause {
+impl AlarmRate {
     fn of(cause: &'static str, count: Count) -> Self {
         let hours = count.time_s / 3600.0;
         let per_hour = |n: f64| match hours > 0.0 {
@@ -330,16 +330,21 @@ fn detectors(curves: &[Curve]) -> Vec<Detector> {
         .iter()
         .map(|curve| Detector {
             name: curve.name,
-            equal: curve.equal.map(Setting::of),
+            equal: curve.equal.map(OperatingPoint::of),
             times_slower_p50: slower(curve, |point| point.p50_ms),
             times_slower_p99: slower(curve, |point| point.p99_ms),
-            published: curve.published.map(Setting::of),
-            curve: curve.points.iter().copied().map(Setting::of).collect(),
+            published: curve.published.map(OperatingPoint::of),
+            curve: curve
+                .points
+                .iter()
+                .copied()
+                .map(OperatingPoint::of)
+                .collect(),
         })
         .collect()
 }
 
-impl Setting {
+impl OperatingPoint {
     fn of(point: Point) -> Self {
         Self {
             threshold: round(point.threshold, 5),

@@ -1,10 +1,10 @@
-//! The surrogate of the simulated gripper: air, free bend, plateau and the identified model instead of rigid
-//! bodies.
+//! A fast surrogate of the simulated gripper: air, free bend, plateau and the identified model replace the
+//! rigid bodies.
 
 use rand::Rng;
 use sim::air::{Lag, Swing, Valve};
 use sim::gripper::Gripper;
-use softgrip::table::FingerTable;
+use softgrip::table::{self, FingerTable};
 use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
 
@@ -14,14 +14,14 @@ use crate::sensor_model::SensorModel;
 /// A finger presses on the object when its residual is beyond this, µε.
 const TOUCH_UE: f64 = 500.0;
 
-/// What is wrong with one gauge.
+/// Errors of one gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gauge {
+pub struct GaugeErrors {
     /// Gain over what the controller was calibrated to.
     pub gain: f64,
-    /// Offset, µε.
+    /// Offset of the zero, µε.
     pub offset_ue: f64,
-    /// Noise, µε rms.
+    /// Noise at the control tick, µε rms.
     pub noise_ue: f32,
 }
 
@@ -35,18 +35,18 @@ pub struct Surrogate<R> {
     inflation: Lag,
     bending: Swing,
     creep: [Lag; FINGERS],
-    /// What is between the fingers.
+    /// The held object, if there is one.
     held: Option<(IdentifiedModel, Held)>,
-    /// The gauges.
-    pub gauges: [Gauge; FINGERS],
+    /// Errors of each gauge.
+    pub gauges: [GaugeErrors; FINGERS],
 }
 
 impl<R: Rng> Surrogate<R> {
-    /// Open, empty.
+    /// Open fingers without an object, at zero pressure.
     pub fn new(
         gripper: &Gripper,
         table: &'static FingerTable,
-        gauges: [Gauge; FINGERS],
+        gauges: [GaugeErrors; FINGERS],
         rng: R,
     ) -> Self {
         Self {
@@ -68,14 +68,15 @@ impl<R: Rng> Surrogate<R> {
         self.held = object.map(|model| (model.clone(), Held::new(model)));
     }
 
-    /// How far the object has given way sideways, as the share of the plateau that this has changed.
+    /// Size of the sideways slide, as the change of the residual relative to its plateau.
     pub fn gave_way(&self) -> f64 {
         self.held.as_ref().map_or(0.0, |(model, held)| {
             held.gave_way_ue() / model.residual_at(model.pressure_kpa)
         })
     }
 
-    /// One tick under this acceleration of the palm.
+    /// Advances by one control tick with the regulator's command `dac`, the acceleration of the palm,
+    /// m/s², and the regulator's ripple, kPa.
     pub fn step(&mut self, dac: DacCode, acceleration_m_s2: [f64; 3], ripple_kpa: f64) -> RawFrame {
         let regulator = &self.gripper.regulator;
         let valve_kpa = self
@@ -83,7 +84,8 @@ impl<R: Rng> Surrogate<R> {
             .step(regulator, Valve::wanted_kpa(regulator, dac));
         let pressure_kpa = (self.pressure.step(valve_kpa) + ripple_kpa).max(0.0);
         let inflated_kpa = self.inflation.step(pressure_kpa);
-        let free_at = |kpa: f64| f64::from(self.table.free_strain(Kilopascals(kpa as f32)).0.0);
+        let free_at =
+            |kpa: f64| f64::from(table::free_strain(self.table, Kilopascals(kpa as f32)).0.0);
         let mut free = free_at(self.bending.step(inflated_kpa));
 
         let mut residual = [0.0; FINGERS];

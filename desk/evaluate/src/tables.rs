@@ -1,13 +1,14 @@
-//! The published numbers as tables, for a terminal and for a page.
+//! The published numbers as tables, for a terminal and for HTML.
 
 use report::table::Table;
 
 use crate::roc;
 use crate::summary::{
-    Alarms, Cause, Detector, Latency, Quantiles, Setting, Slide, Summary, WARN_MM,
+    AlarmRate, AlarmStatistics, Detector, LatencyStatistics, OperatingPoint, Quantiles,
+    SlideStatistics, Summary, WARN_MM,
 };
 
-/// All of them.
+/// Every table of the evaluation, in the order of the page.
 pub fn all(summary: &Summary) -> Vec<Table> {
     let mut tables = vec![latency(&summary.latency), slide(&summary.slide)];
     tables.extend(summary.false_alarms.iter().map(alarms));
@@ -21,8 +22,8 @@ fn ms(value: Option<f64>) -> String {
     value.map_or("-".into(), |ms| format!("{ms:.0}").replace('-', "−"))
 }
 
-fn latency(rows: &[Latency]) -> Table {
-    let row = |row: &Latency| {
+fn latency(rows: &[LatencyStatistics]) -> Table {
+    let row = |row: &LatencyStatistics| {
         let Quantiles {
             min,
             p50,
@@ -77,8 +78,8 @@ fn latency(rows: &[Latency]) -> Table {
     }
 }
 
-fn slide(rows: &[Slide]) -> Table {
-    let row = |row: &Slide| {
+fn slide(rows: &[SlideStatistics]) -> Table {
+    let row = |row: &SlideStatistics| {
         let percent = |n: usize| format!("{:.0} %", 100.0 * n as f64 / row.losses.max(1) as f64);
         vec![
             format!("{}, {}, {} µε", row.object, row.origin.name(), row.noise_ue),
@@ -94,7 +95,7 @@ fn slide(rows: &[Slide]) -> Table {
         ]
     };
     Table {
-        title: "What came before: the slide and its warning".into(),
+        title: "Slide before the report, and warnings of it".into(),
         head: vec![
             "object, gauge noise rms",
             "losses",
@@ -114,8 +115,8 @@ fn slide(rows: &[Slide]) -> Table {
     }
 }
 
-fn alarms(alarms: &Alarms) -> Table {
-    let row = |cause: &Cause| {
+fn alarms(alarms: &AlarmStatistics) -> Table {
+    let row = |cause: &AlarmRate| {
         vec![
             cause.cause.to_string(),
             format!("{:.2}", cause.hours),
@@ -145,7 +146,7 @@ fn alarms(alarms: &Alarms) -> Table {
 fn detectors(detectors: &[Detector]) -> Table {
     let never =
         |ms: Option<f64>| ms.map_or("never".into(), |ms| format!("{ms:.0}").replace('-', "−"));
-    let cells = |setting: &Option<Setting>| match setting {
+    let cells = |setting: &Option<OperatingPoint>| match setting {
         None => vec![String::new(); 5],
         Some(setting) => vec![
             format!("{:.4}", setting.threshold),
@@ -172,7 +173,7 @@ fn detectors(detectors: &[Detector]) -> Table {
         row
     };
     Table {
-        title: format!("Against other rules, at {} µε", roc::NOISE_UE),
+        title: format!("Comparison with published rules, at {} µε", roc::NOISE_UE),
         head: vec![
             "rule",
             "threshold",

@@ -1,22 +1,22 @@
-//! What is counted while nothing is lost, by what was going on.
+//! Counts of false reports by activity.
 
 use softgrip::telemetry::Event;
 
 use crate::baselines::RULES;
 use crate::cycle::Activity;
 
-/// What was counted during one activity.
+/// Time and false reports during one activity.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Count {
-    /// Time, s.
+    /// Simulated time, s.
     pub time_s: f64,
-    /// How often it happened.
+    /// How often the activity occurred.
     pub times: u64,
     /// False reports of *lost*.
     pub lost: u64,
     /// False warnings of a slip: the object had not given way.
     pub slips: u64,
-    /// Faults and air losses that were none.
+    /// False faults and false air losses.
     pub faults: u64,
 }
 
@@ -32,22 +32,22 @@ impl std::ops::AddAssign for Count {
 
 /// A false report, so that it can be found again.
 #[derive(Debug, Clone)]
-pub struct Alarm {
+pub struct FalseAlarm {
     /// Noise of the gauges, µε.
     pub noise_ue: f64,
-    /// Number of its block.
+    /// Index of its block.
     pub block: u64,
     /// Time in that block, s.
     pub t_s: f64,
-    /// What was going on.
+    /// The activity at the time.
     pub activity: Activity,
-    /// How, in detail.
+    /// The motion at the time, for a reader.
     pub detail: String,
-    /// What was reported.
+    /// The false event.
     pub event: Event,
 }
 
-/// What was counted at one level of noise.
+/// Time and false reports at one level of noise.
 #[derive(Debug, Clone)]
 pub struct Tally {
     /// Noise of the gauges, µε.
@@ -55,13 +55,13 @@ pub struct Tally {
     /// By activity, in the order of [`Activity::ALL`].
     pub counts: [Count; Activity::ALL.len()],
     /// The false reports of *lost* and the faults.
-    pub alarms: Vec<Alarm>,
+    pub alarms: Vec<FalseAlarm>,
     /// The greatest score of every baseline in each hold, if they were compared.
     pub scores: Vec<[f32; RULES]>,
 }
 
 impl Tally {
-    /// Nothing yet.
+    /// All counts zero.
     pub fn none(noise_ue: f64) -> Self {
         Self {
             noise_ue,
@@ -71,7 +71,7 @@ impl Tally {
         }
     }
 
-    /// Everything together.
+    /// Sum over all activities.
     pub fn total(&self) -> Count {
         let mut total = Count::default();
         for count in self.counts {
@@ -80,7 +80,7 @@ impl Tally {
         total
     }
 
-    /// Hard motion alone.
+    /// Sum over the activities of hard motion.
     pub fn hard_motion(&self) -> Count {
         let mut total = Count::default();
         for (activity, count) in Activity::ALL.iter().zip(self.counts) {

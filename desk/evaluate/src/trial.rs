@@ -1,4 +1,4 @@
-//! What the controller makes of one recording at one level of noise.
+//! The controller's response to one recording at one level of noise, and how it counts.
 
 use std::ops::ControlFlow;
 
@@ -8,7 +8,7 @@ use softgrip::settings::Settings;
 use softgrip::telemetry::Event;
 
 use crate::case::Case;
-use crate::record::{Outcome, Recording};
+use crate::record::{ObjectOutcome, Recording};
 
 /// A loss that is not reported this long after its onset is missed, ms.
 pub const MISSED_MS: f64 = 500.0;
@@ -16,40 +16,40 @@ pub const MISSED_MS: f64 = 500.0;
 pub const UNMOVED_MM: f32 = 1.0;
 /// The object slides for good from the last moment when it had slid less than this, mm.
 const SLIDE_MM: f32 = 0.5;
-/// What the controller made of one recording at one level of noise.
+/// The controller's response to one recording at one level of noise.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// The run.
+    /// Parameters of the run.
     pub case: Case,
-    /// What became of the object.
-    pub outcome: Outcome,
+    /// What happened to the object.
+    pub outcome: ObjectOutcome,
     /// Noise of the gauges, µε rms.
     pub noise_ue: f64,
-    /// When it recognised the grip, s.
+    /// When the controller reported *holding*, s since the start; none if never.
     pub holding_s: Option<f64>,
-    /// What it reported.
-    pub report: Report,
+    /// The controller's first report that ends a hold.
+    pub report: ControllerReport,
     /// The loss, if the object was lost.
     pub loss: Option<Loss>,
 }
 
-/// The controller's word on a run.
+/// The first report of the controller that ends a hold.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Report {
-    /// Nothing wrong.
+pub enum ControllerReport {
+    /// No report that ends a hold.
     Nothing,
     /// The object is lost.
     Lost {
-        /// When, s.
+        /// Time of the report since the start of the run, s.
         t_s: f64,
-        /// How far the object had moved, mm.
+        /// Displacement of the object at the report, mm.
         moved_mm: f32,
     },
     /// Something else that ended the hold.
     Other {
-        /// When, s.
+        /// Time of the report since the start of the run, s.
         t_s: f64,
-        /// What.
+        /// The reported event.
         event: Event,
     },
 }
@@ -59,17 +59,17 @@ pub enum Report {
 pub struct Loss {
     /// The collapse: the true residual sum left 90 % of its plateau for good.
     pub onset_s: f64,
-    /// When the object began to slide.
+    /// Start of the slide.
     pub slide_s: f64,
-    /// How far it had moved against the palm at the onset, mm.
+    /// Displacement relative to the palm at the onset, mm.
     pub moved_onset_mm: f32,
-    /// First warning of a slip before that, and how far the object had moved by then, mm.
+    /// First warning of a slip before the report (s), and the displacement by then (mm).
     pub warning: Option<(f64, f32)>,
 }
 
-/// How a trial is to be counted.
+/// How a trial counts in the statistics.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Verdict {
+pub enum Classification {
     /// Held, and nothing said.
     Quiet,
     /// Lost and reported, so many ms after the onset.
@@ -87,27 +87,32 @@ pub enum Verdict {
 }
 
 impl Trial {
-    /// How it is counted.
-    pub fn verdict(&self) -> Verdict {
+    /// Compares the report with what happened to the object.
+    pub fn classification(&self) -> Classification {
         if self.holding_s.is_none() {
-            return Verdict::NotRecognised;
+            return Classification::NotRecognised;
         }
         match (&self.loss, &self.report) {
-            (_, Report::Other { .. }) => Verdict::Misnamed,
-            (_, Report::Lost { moved_mm, .. }) if *moved_mm < UNMOVED_MM => Verdict::FalseAlarm,
-            (None, _) if self.outcome == Outcome::Displaced => Verdict::Displaced,
-            (None, Report::Lost { .. }) => Verdict::FalseAlarm,
-            (None, Report::Nothing) => Verdict::Quiet,
-            (Some(_), Report::Nothing) => Verdict::Missed,
-            (Some(loss), Report::Lost { t_s, .. }) => match 1e3 * (t_s - loss.onset_s) {
-                ms if ms > MISSED_MS => Verdict::Missed,
-                ms => Verdict::Reported(ms),
+            (_, ControllerReport::Other { .. }) => Classification::Misnamed,
+            (_, ControllerReport::Lost { moved_mm, .. }) if *moved_mm < UNMOVED_MM => {
+                Classification::FalseAlarm
+            }
+            (None, _) if self.outcome == ObjectOutcome::Displaced => Classification::Displaced,
+            (None, ControllerReport::Lost { .. }) => Classification::FalseAlarm,
+            (None, ControllerReport::Nothing) => Classification::Quiet,
+            (Some(_), ControllerReport::Nothing) => Classification::Missed,
+            (Some(loss), ControllerReport::Lost { t_s, .. }) => match 1e3 * (t_s - loss.onset_s) {
+                ms if ms > MISSED_MS => Classification::Missed,
+                ms => Classification::Reported(ms),
             },
         }
     }
 }
 
-/// Runs the controller over a recording.
+/// Runs the controller over a recording, measured at `noise_ue` (µε rms), up to its first report that ends a hold.
+///
+/// # Errors
+/// If the settings are not valid for the case's fingers.
 pub fn judge(
     case: &Case,
     recording: &Recording,
@@ -138,20 +143,20 @@ pub fn judge(
         }
     });
     let report = match ended {
-        None => Report::Nothing,
-        Some((tick, Event::Lost { .. })) => Report::Lost {
+        None => ControllerReport::Nothing,
+        Some((tick, Event::Lost { .. })) => ControllerReport::Lost {
             t_s: seconds(tick),
             moved_mm: recording.at(tick).moved_mm,
         },
-        Some((tick, event)) => Report::Other {
+        Some((tick, event)) => ControllerReport::Other {
             t_s: seconds(tick),
             event,
         },
     };
     let outcome = recording.outcome();
     let loss = match outcome {
-        Outcome::Held | Outcome::Displaced => None,
-        Outcome::Lost { onset } => Some(Loss {
+        ObjectOutcome::Held | ObjectOutcome::Displaced => None,
+        ObjectOutcome::Lost { onset } => Some(Loss {
             onset_s: seconds(onset),
             slide_s: seconds(slide(recording)),
             moved_onset_mm: recording.at(onset).moved_mm,

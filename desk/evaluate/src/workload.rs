@@ -1,4 +1,4 @@
-//! The workload: a gripper with its controller, hour after hour, in which nothing is lost.
+//! The workload: the controller on a surrogate gripper, hours of operation in which no object is lost.
 
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
@@ -12,36 +12,36 @@ use softgrip::{Command, Controller, FINGERS, Grip, TICK_US};
 
 use crate::baselines::{Baselines, RULES};
 use crate::case::generator;
-use crate::cycle::{Activity, Motion, motion};
+use crate::cycle::{Activity, PalmMotion, motion};
 use crate::identified_model::IdentifiedModel;
 use crate::options::Options;
 use crate::reach::{Reach, Situation};
-use crate::surrogate::{Gauge, Surrogate};
-use crate::tally::{Alarm, Tally};
+use crate::surrogate::{GaugeErrors, Surrogate};
+use crate::tally::{FalseAlarm, Tally};
 
 /// Number of the random stream.
 const STREAM: u64 = 16;
-/// A warning of a slip is right once an object has given way by this share of the plateau: some 2 mm of a
-/// sphere's slide.
+/// A warning of a slip is correct once the slide has changed the residual by this fraction of the plateau,
+/// which is about 2 mm of a sphere's slide.
 const SLID: f64 = 0.02;
 /// The score of a rule that is not armed.
 const NO_SCORE: [f32; RULES] = [f32::MIN; RULES];
 
-/// Control tick, s.
+/// Control tick, s, from [`softgrip::TICK_US`].
 pub const TICK_S: f64 = 1e-6 * TICK_US as f64;
 
-/// What is done for a stretch of time.
+/// Kind of operation during a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Programme {
-    /// Grip after grip, with everything in between.
+    /// Grips one after the other, with activities in between.
     Shift,
-    /// One grip for as long as it lasts.
+    /// One grip that is held to the end of the block.
     LongHold,
     /// Grips during which one gauge goes bad.
     BadGauge,
 }
 
-/// A stretch of time.
+/// One random stream of simulated operation.
 #[derive(Debug, Clone, Copy)]
 pub struct Block {
     pub programme: Programme,
@@ -73,30 +73,34 @@ pub struct Workload<'a> {
     block: u64,
 }
 
-/// A gauge on its way out.
+/// A gauge that degrades.
 #[derive(Debug, Clone, Copy)]
 struct Bad {
     finger: usize,
-    /// When it began, s.
+    /// Start of the degradation, s since the start of the block.
     since_s: f64,
-    /// Time constant, s.
+    /// Time constant of the degradation, s.
     time_s: f64,
-    /// What it comes to: share of the gain lost, offset, and noise.
+    /// Final values: fraction of the gain that is lost, offset, and noise.
     gain_lost: f64,
     offset_ue: f64,
     noise_ue: f32,
 }
 
-/// How a stretch of time ended.
+/// How an activity ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// As planned.
+    /// The planned time has passed.
     Done,
     /// The controller let the hold go, or the block is over.
     Broken,
 }
 
 impl<'a> Workload<'a> {
+    /// A gripper at rest at the start of a block.
+    ///
+    /// # Errors
+    /// If the settings are not valid.
     pub fn new(
         base: &Setup,
         options: &Options,
@@ -112,7 +116,7 @@ impl<'a> Workload<'a> {
         regulator.offset_kpa = rng.random_range(-1.0..=1.0);
         gripper.gauge.creep_percent = rng.random_range(0.0..=3.0);
         gripper.gauge.creep_time_s = rng.random_range(5.0..=60.0);
-        let gauges = std::array::from_fn(|_| Gauge {
+        let gauges = std::array::from_fn(|_| GaugeErrors {
             gain: rng.random_range(0.99..=1.01),
             offset_ue: rng.random_range(-50.0..=50.0),
             noise_ue: block.noise_ue as f32,
@@ -139,7 +143,7 @@ impl<'a> Workload<'a> {
         })
     }
 
-    /// Goes through the block and gives what was counted.
+    /// Simulates the block and gives its counts.
     pub fn finish(mut self, block: &Block) -> Tally {
         while self.tick < self.end {
             match block.programme {
@@ -170,7 +174,7 @@ impl<'a> Workload<'a> {
         self.reach.map_or(Reach::NONE, |(_, reach)| reach)
     }
 
-    /// Grip, be busy, let go; now and then close on nothing.
+    /// One grip with 4 to 20 activities and its release; in one of ten cases an empty close.
     fn job(&mut self) {
         if self.rng.random_bool(0.1) {
             self.empty_close();
@@ -215,7 +219,7 @@ impl<'a> Workload<'a> {
         Command::Grip(Grip::Pressure(Kilopascals(pressure)))
     }
 
-    /// Takes something up.
+    /// Grips a random object of the identified models.
     fn grip(&mut self) -> End {
         let model = &self.models[self.rng.random_range(0..self.models.len())];
         let pressure = Kilopascals(model.pressure_kpa as f32);
@@ -226,11 +230,11 @@ impl<'a> Workload<'a> {
             std::f64::consts::TAU * ripple_hz * TICK_S,
         );
         let command = Command::Grip(Grip::Pressure(pressure));
-        self.run(Activity::Closing, 1.2, Motion::Rest, command)
+        self.run(Activity::Closing, 1.2, PalmMotion::Rest, command)
     }
 
     fn release(&mut self) {
-        self.run(Activity::Release, 0.9, Motion::Rest, Command::Release);
+        self.run(Activity::Release, 0.9, PalmMotion::Rest, Command::Release);
         self.surrogate.place(None);
         self.ripple = (0.0, 0.0);
         let greatest = std::mem::replace(&mut self.greatest, NO_SCORE);
@@ -242,11 +246,11 @@ impl<'a> Workload<'a> {
     fn empty_close(&mut self) {
         self.surrogate.place(None);
         let command = self.grip_command();
-        self.run(Activity::EmptyClose, 1.5, Motion::Rest, command);
+        self.run(Activity::EmptyClose, 1.5, PalmMotion::Rest, command);
         self.release();
     }
 
-    /// One grip to the end of the block, now and then moved.
+    /// One grip to the end of the block, with a motion once a minute.
     fn long_hold(&mut self) {
         // Creep of an hour: a tenth of the strain with time constants of minutes.
         self.gripper.gauge.creep_percent = self.rng.random_range(3.0..=10.0);
@@ -259,7 +263,7 @@ impl<'a> Workload<'a> {
             for (gauge, drift) in self.surrogate.gauges.iter_mut().zip(drift) {
                 gauge.offset_ue += drift;
             }
-            end = self.run(Activity::Creep, 1.0, Motion::Rest, Command::Continue);
+            end = self.run(Activity::Creep, 1.0, PalmMotion::Rest, Command::Continue);
             if end == End::Done && (self.tick - start).is_multiple_of(60_000) {
                 end = self.activity();
             }
@@ -267,7 +271,7 @@ impl<'a> Workload<'a> {
         self.release();
     }
 
-    /// A gauge goes bad in the course of a minute to ten while the gripper works.
+    /// Operation while one gauge degrades with a time constant of one to ten minutes.
     fn bad_gauge(&mut self) {
         self.renew();
         self.bad = Some(Bad {
@@ -286,10 +290,10 @@ impl<'a> Workload<'a> {
         self.renew();
     }
 
-    /// Other gauges, another day.
+    /// Draws new gauge errors.
     fn renew(&mut self) {
         let noise_ue = self.tally.noise_ue as f32;
-        let gauges = std::array::from_fn(|_| Gauge {
+        let gauges = std::array::from_fn(|_| GaugeErrors {
             gain: self.rng.random_range(0.99..=1.01),
             offset_ue: self.rng.random_range(-50.0..=50.0),
             noise_ue,
@@ -300,8 +304,8 @@ impl<'a> Workload<'a> {
         self.dac = DacCode(0);
     }
 
-    /// Lets time pass, with a command in its first tick.
-    fn run(&mut self, activity: Activity, time_s: f64, motion: Motion, first: Command) -> End {
+    /// Simulates `time_s` of an activity, with `first` as the command of its first tick.
+    fn run(&mut self, activity: Activity, time_s: f64, motion: PalmMotion, first: Command) -> End {
         let label = match (self.bad, activity) {
             (Some(_), Activity::Closing | Activity::Release | Activity::EmptyClose) => activity,
             (Some(_), _) => Activity::BadGauge,
@@ -353,7 +357,7 @@ impl<'a> Workload<'a> {
                 if matches!(event, Event::Slip { .. }) {
                     continue;
                 }
-                self.tally.alarms.push(Alarm {
+                self.tally.alarms.push(FalseAlarm {
                     noise_ue: self.tally.noise_ue,
                     block: self.block,
                     t_s: self.tick as f64 * TICK_S,

@@ -1,17 +1,17 @@
-//! The evaluation: is the fast generator like the twin, is measuring again like measuring at once, and
-//! does everything repeat?
+//! The surrogate behaves like the simulated gripper, a recording measured again gives what was measured at
+//! once, and everything is repeatable.
 
 use std::path::Path;
 
 use evaluate::alarms;
-use evaluate::bench::Bench;
 use evaluate::case::{Case, Knowledge};
-use evaluate::cycle::{Activity, Motion};
+use evaluate::cycle::{Activity, PalmMotion};
 use evaluate::identified_model::{Held, IdentifiedModel};
 use evaluate::latency::trials_of;
 use evaluate::options::Options;
-use evaluate::record::{Outcome, Recording};
-use evaluate::surrogate::{Gauge, Surrogate};
+use evaluate::record::{ObjectOutcome, Recording};
+use evaluate::rig::Rig;
+use evaluate::surrogate::{GaugeErrors, Surrogate};
 use evaluate::trial::judge;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -37,7 +37,7 @@ fn options(seed: u64) -> Options {
     }
 }
 
-/// A grip in the middle of what the generator draws from.
+/// A grip in the middle of what the surrogate draws from.
 fn grip(object: ObjectKind, mass_kg: f64) -> Setup {
     let mut setup = base();
     setup.scenario.object = object;
@@ -74,33 +74,33 @@ impl Statistics {
     }
 }
 
-/// The same motion on the twin and on the generator.
+/// The same motion on the simulated gripper and on the surrogate.
 fn both(
     setup: &Setup,
-    response: &IdentifiedModel,
-    motion: &Motion,
+    model: &IdentifiedModel,
+    motion: &PalmMotion,
     time_s: f64,
 ) -> [Statistics; 2] {
-    let mut bench = Bench::holding(setup, setup.scenario.pressure_kpa);
-    let plateau = bench.residual_ue();
-    let mut held = Held::new(response);
-    let (mut twin, mut generator) = (Vec::new(), Vec::new());
+    let mut rig = Rig::holding(setup, setup.scenario.pressure_kpa);
+    let plateau = rig.residual_ue();
+    let mut held = Held::new(model);
+    let (mut simulated, mut surrogate) = (Vec::new(), Vec::new());
     for tick in 0..(time_s * 1e3) as usize {
         let acceleration = motion.at(tick as f64 * 1e-3);
-        bench.step(acceleration);
-        let (now, change) = (bench.residual_ue(), held.step(acceleration));
-        twin.push(std::array::from_fn(|i| now[i] / plateau[i] - 1.0));
-        generator.push(std::array::from_fn(|i| change[i] / plateau[i]));
+        rig.step(acceleration);
+        let (now, change) = (rig.residual_ue(), held.step(acceleration));
+        simulated.push(std::array::from_fn(|i| now[i] / plateau[i] - 1.0));
+        surrogate.push(std::array::from_fn(|i| change[i] / plateau[i]));
     }
-    [Statistics::of(&twin), Statistics::of(&generator)]
+    [Statistics::of(&simulated), Statistics::of(&surrogate)]
 }
 
 /// Asserts that two numbers agree within a share of the first and a floor of 0.05 % of the plateau.
 #[track_caller]
-fn near(what: &str, twin: f64, generator: f64, share: f64) {
+fn near(what: &str, simulated: f64, surrogate: f64, share: f64) {
     assert!(
-        (twin - generator).abs() <= share * twin + 5e-4,
-        "{what}: twin {twin:.5}, generator {generator:.5}"
+        (simulated - surrogate).abs() <= share * simulated + 5e-4,
+        "{what}: simulated {simulated:.5}, surrogate {surrogate:.5}"
     );
 }
 
@@ -110,31 +110,36 @@ const GRIPS: [(ObjectKind, f64); 2] = [(ObjectKind::Sphere, 0.06), (ObjectKind::
 const SLANTING: [f64; 3] = [0.48, -0.64, 0.6];
 
 #[test]
-fn the_generator_moves_like_the_twin_at_5_and_10_m_s2() {
+fn the_surrogate_moves_like_the_simulated_gripper_at_5_and_10_m_s2() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         for accel in [5.0, 10.0] {
-            let motion = Motion::Travel {
+            let motion = PalmMotion::Travel {
                 vector: SLANTING.map(|x| accel * x),
                 ramp_s: 0.03,
                 push_s: 0.25,
                 cruise_s: 0.1,
             };
-            let [twin, generator] = both(&setup, &response, &motion, 0.9);
+            let [simulated, surrogate] = both(&setup, &model, &motion, 0.9);
             let name = |what| format!("{what}, {object}, {accel} m/s²");
-            near(&name("sum rms"), twin.sum_rms, generator.sum_rms, 0.15);
-            near(&name("sum peak"), twin.sum_peak, generator.sum_peak, 0.15);
+            near(&name("sum rms"), simulated.sum_rms, surrogate.sum_rms, 0.15);
+            near(
+                &name("sum peak"),
+                simulated.sum_peak,
+                surrogate.sum_peak,
+                0.15,
+            );
             near(
                 &name("finger rms"),
-                twin.finger_rms,
-                generator.finger_rms,
+                simulated.finger_rms,
+                surrogate.finger_rms,
                 0.25,
             );
             near(
                 &name("finger peak"),
-                twin.finger_peak,
-                generator.finger_peak,
+                simulated.finger_peak,
+                surrogate.finger_peak,
                 0.25,
             );
         }
@@ -142,49 +147,54 @@ fn the_generator_moves_like_the_twin_at_5_and_10_m_s2() {
 }
 
 #[test]
-fn the_generator_shakes_like_the_twin_at_every_frequency() {
+fn the_surrogate_shakes_like_the_simulated_gripper_at_every_frequency() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         for hz in [5.0, 10.0, 20.0, 40.0] {
             // 2 m/s² rms.
             let sine = (SLANTING.map(|x| 2.0 * 2f64.sqrt() * x), hz, 0.0);
             let none = ([0.0; 3], hz, 0.0);
-            let motion = Motion::Vibration([sine, none, none]);
-            let [twin, generator] = both(&setup, &response, &motion, 1.0);
+            let motion = PalmMotion::Vibration([sine, none, none]);
+            let [simulated, surrogate] = both(&setup, &model, &motion, 1.0);
             let name = |what| format!("{what}, {object}, {hz} Hz");
-            near(&name("sum rms"), twin.sum_rms, generator.sum_rms, 0.1);
-            near(&name("sum peak"), twin.sum_peak, generator.sum_peak, 0.1);
+            near(&name("sum rms"), simulated.sum_rms, surrogate.sum_rms, 0.1);
+            near(
+                &name("sum peak"),
+                simulated.sum_peak,
+                surrogate.sum_peak,
+                0.1,
+            );
             near(
                 &name("finger rms"),
-                twin.finger_rms,
-                generator.finger_rms,
+                simulated.finger_rms,
+                surrogate.finger_rms,
                 0.15,
             );
             near(
                 &name("finger peak"),
-                twin.finger_peak,
-                generator.finger_peak,
+                simulated.finger_peak,
+                surrogate.finger_peak,
                 0.15,
             );
         }
     }
 }
 
-/// Knocks shift the object in the grip. How far, friction decides, and the generator's law of it is a
-/// simple one. Over some knocks it must be as rough as the twin; it may be rougher, for that makes false
+/// Knocks shift the object in the grip. How far, friction decides, and the surrogate's law of it is a
+/// simple one. Over some knocks it must be as rough as the simulated gripper; it may be rougher, for that makes false
 /// alarms more and not fewer.
 #[test]
-fn stops_and_bumps_are_as_rough_as_on_the_twin() {
+fn stops_and_bumps_are_as_rough_as_on_the_simulated_gripper() {
     for (object, mass_kg) in GRIPS {
         let setup = grip(object, mass_kg);
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         for (name, peak, length_s) in [("stop", 17.0, 0.12), ("bump", 45.0, 0.012)] {
             let mut squares = [0.0; 2];
             let mut sums = [0.0; 2];
             for sixth in [0.3, 1.7, 2.6, 3.9, 5.1] {
                 let angle = std::f64::consts::TAU * sixth / 6.0;
-                let motion = Motion::Pulse {
+                let motion = PalmMotion::Pulse {
                     vector: [
                         0.9 * peak * f64::cos(angle),
                         0.9 * peak * angle.sin(),
@@ -194,22 +204,22 @@ fn stops_and_bumps_are_as_rough_as_on_the_twin() {
                     ring_hz: 10.0,
                     ring_share: 0.2,
                 };
-                let statistics = both(&setup, &response, &motion, 0.6);
+                let statistics = both(&setup, &model, &motion, 0.6);
                 for (n, statistics) in statistics.iter().enumerate() {
                     squares[n] += statistics.finger_rms.powi(2);
                     sums[n] += statistics.sum_peak;
                 }
             }
-            let [twin, generator] = squares.map(f64::sqrt);
-            let ratio = generator / twin;
+            let [simulated, surrogate] = squares.map(f64::sqrt);
+            let ratio = surrogate / simulated;
             assert!(
                 (0.7..2.5).contains(&ratio),
                 "{object}, {name}: fingers × {ratio:.2}"
             );
-            let [twin, generator] = sums.map(|sum| sum / 5.0);
+            let [simulated, surrogate] = sums.map(|sum| sum / 5.0);
             assert!(
-                (twin - generator).abs() < 0.03,
-                "{object}, {name}: sums {twin:.3} and {generator:.3}"
+                (simulated - surrogate).abs() < 0.03,
+                "{object}, {name}: sums {simulated:.3} and {surrogate:.3}"
             );
         }
     }
@@ -217,7 +227,7 @@ fn stops_and_bumps_are_as_rough_as_on_the_twin() {
 
 /// Closing, a change of the pressure and a release, by the eyes of the controller.
 #[test]
-fn the_generator_grips_and_lets_go_like_the_twin() {
+fn the_surrogate_grips_and_lets_go_like_the_simulated_gripper() {
     for (object, first, second) in [
         (ObjectKind::Sphere, 140.0, 110.0),
         (ObjectKind::Cylinder, 110.0, 150.0),
@@ -225,24 +235,24 @@ fn the_generator_grips_and_lets_go_like_the_twin() {
         let mut setup = grip(object, 0.05);
         setup.scenario.pressure_kpa = first;
         setup.scenario.noise_ue = 1.0;
-        let response = IdentifiedModel::of(&setup).expect("a response");
+        let model = IdentifiedModel::of(&setup).expect("a model");
         let arm = &mut setup.gripper.arm;
         (arm.approach_mm, arm.dwell_ms, arm.grip_ms) = (1.0, 10.0, 9_000.0);
         let mut plant = setup.plant();
-        let gauge = Gauge {
+        let gauge = GaugeErrors {
             gain: 1.0,
             offset_ue: 0.0,
             noise_ue: 1.0,
         };
         let noise = ChaCha8Rng::seed_from_u64(1);
-        let mut hand = Surrogate::new(&setup.gripper, setup.table(), [gauge; FINGERS], noise);
-        hand.place(Some(&response));
+        let mut fast = Surrogate::new(&setup.gripper, setup.table(), [gauge; FINGERS], noise);
+        fast.place(Some(&model));
         let controller = || run::controller(setup.table(), &Settings::default());
         let mut controllers = [controller().expect("one"), controller().expect("another")];
         let mut dacs = [DacCode(0); 2];
-        let plateau = FINGERS as f64 * response.residual_at(first);
+        let plateau = FINGERS as f64 * model.residual_at(first);
         for tick in 1..5_500 {
-            let frames = [plant.step(dacs[0]).0, hand.step(dacs[1], [0.0; 3], 0.0)];
+            let frames = [plant.step(dacs[0]).0, fast.step(dacs[1], [0.0; 3], 0.0)];
             let command = match tick {
                 300 => Command::Grip(Grip::Pressure(Kilopascals(first as f32))),
                 2_000 => Command::Grip(Grip::Pressure(Kilopascals(second))),
@@ -280,7 +290,7 @@ fn measuring_again_is_as_good_as_measuring_in_closed_loop() {
         let again = judge(&case, &record(20.0), 100.0, &settings, &base).expect("a trial");
         let closed = judge(&case, &record(100.0), 100.0, &settings, &base).expect("a trial");
         assert_eq!(again.report, closed.report, "{index}");
-        lost += usize::from(matches!(again.outcome, Outcome::Lost { .. }));
+        lost += usize::from(matches!(again.outcome, ObjectOutcome::Lost { .. }));
     }
     assert!(lost > 0, "nothing was lost");
 }
@@ -314,7 +324,7 @@ fn every_hour_is_counted_once_and_every_activity_happens() {
     let base = base();
     let options = options(503);
     let responses = GRIPS
-        .map(|(object, mass_kg)| IdentifiedModel::of(&grip(object, mass_kg)).expect("a response"));
+        .map(|(object, mass_kg)| IdentifiedModel::of(&grip(object, mass_kg)).expect("a model"));
     let tally =
         alarms::tally(&base, &options, &responses, 20.0, 0.5, false, &|_| ()).expect("a tally");
     let total = tally.total();

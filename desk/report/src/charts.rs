@@ -1,4 +1,4 @@
-//! Line charts as SVG that can be read on light and on dark ground.
+//! Line charts as SVG, for light and dark backgrounds.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::style::{ALARM, FAINT, INK, PALETTE, QUIET};
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
-/// Colours of the house as they are drawn, and as they are shown on a dark screen.
+/// Colours of [`crate::style`] as they are drawn, and their replacements on a dark screen.
 const DARK: [(&str, &str); 6] = [
     ("#282C34", "#E6E8EC"),
     ("#E1E4E9", "#33383F"),
@@ -20,7 +20,7 @@ const DARK: [(&str, &str); 6] = [
     ("#FFFFFF", "#16181D"),
 ];
 
-/// Style rules that show the colours of the house on a dark screen; paper stays white.
+/// CSS rules that replace the colours on a dark screen; print stays white.
 pub fn dark_rules() -> String {
     let rules: String = DARK
         .iter()
@@ -33,7 +33,7 @@ pub fn dark_rules() -> String {
     format!("@media screen and (prefers-color-scheme:dark){{{rules}}}")
 }
 
-/// A drawing as a file of its own: on white, or on black where a dark screen is preferred.
+/// An SVG as a file of its own, with a background: white, or black where the viewer prefers dark.
 pub fn standalone(svg: &str) -> String {
     let ground = "svg{background:#fff}@media screen and (prefers-color-scheme:dark){svg{background:#16181d}}";
     let style = format!("<style>{ground}{}</style>", dark_rules());
@@ -45,46 +45,46 @@ pub fn standalone(svg: &str) -> String {
 
 /// A line, or points, of a chart.
 pub struct Series {
-    /// What it shows; nothing goes into the legend if that is empty.
+    /// Name in the legend; empty for no legend entry.
     pub name: String,
-    /// How it is drawn.
+    /// Line or marker style.
     pub look: Look,
-    /// Which of the colours of the house.
+    /// Colour, one of [`crate::style`].
     pub color: RGBColor,
-    /// Where it is.
+    /// Coordinates (x, y) in the units of the axes.
     pub points: Vec<(f64, f64)>,
 }
 
-/// How a series is drawn.
+/// Line or marker style.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
     /// A line through the points.
     Line,
     /// A broken line through the points.
     Dashed,
-    /// Full dots.
+    /// Filled circles.
     Dots,
-    /// Rings.
+    /// Open circles.
     Rings,
 }
 
-/// One coordinate system with what is in it.
+/// One pair of axes with its series.
 pub struct Panel {
-    /// Above it.
+    /// Title above the panel.
     pub title: String,
-    /// Below the x axis.
+    /// Label of the x axis, with its unit.
     pub x_label: &'static str,
-    /// Beside the y axis.
+    /// Label of the y axis, with its unit.
     pub y_label: &'static str,
-    /// From left to right.
+    /// Range of the x axis.
     pub x: Range<f64>,
-    /// From bottom to top.
+    /// Range of the y axis.
     pub y: Range<f64>,
     /// Named stretches of x, every other one shaded.
     pub stages: Vec<(&'static str, f64, f64)>,
-    /// What is drawn.
+    /// The series, from back to front.
     pub series: Vec<Series>,
-    /// Where the names of the series stand.
+    /// Position of the legend; none for no legend.
     pub legend: Option<SeriesLabelPosition>,
 }
 
@@ -93,7 +93,10 @@ pub fn color(n: usize) -> RGBColor {
     [PALETTE[0], PALETTE[1], PALETTE[2], ALARM][n % 4]
 }
 
-/// Draws panels in rows of `columns`, each `size` pixels wide and high.
+/// Draws panels in rows of `columns`, each `size` (width, height) in pixels, as SVG.
+///
+/// # Errors
+/// If the drawing library refuses a panel, for example an empty range.
 pub fn draw(panels: &[Panel], columns: usize, size: (u32, u32)) -> anyhow::Result<String> {
     let rows = panels.len().div_ceil(columns);
     let whole = (size.0 * columns as u32, size.1 * rows as u32);

@@ -1,4 +1,4 @@
-//! Output files that are either whole or absent.
+//! Output files that are either complete or absent.
 
 use std::fs;
 use std::path::Path;
@@ -7,6 +7,9 @@ use anyhow::Context;
 
 /// Writes `content` to `dir/name` by way of a file beside it, so that a full disk or a kill leaves no
 /// half of it under its name.
+///
+/// # Errors
+/// If the file cannot be written; the message names its path.
 pub fn write(dir: &Path, name: &str, content: &[u8]) -> anyhow::Result<()> {
     let part = dir.join(format!(".{name}.part"));
     let path = dir.join(name);
@@ -19,7 +22,10 @@ pub fn write(dir: &Path, name: &str, content: &[u8]) -> anyhow::Result<()> {
         .with_context(|| format!("{}: cannot write", path.display()))
 }
 
-/// Makes sure that files can be written to `dir`, before any work is done for them.
+/// Creates `dir` and checks that files can be written there, before any work is done for them.
+///
+/// # Errors
+/// If the directory cannot be created or written to; the message names its path.
 pub fn prepare(dir: &Path) -> anyhow::Result<()> {
     let probe = dir.join(".softgrip.part");
     fs::create_dir_all(dir)

@@ -1,4 +1,4 @@
-//! Pages that need nothing else: figures inline, no script, no network.
+//! Self-contained HTML pages: figures inline, no script, no network.
 
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 

@@ -1,4 +1,4 @@
-//! Numbers, events and runs as JSON shows them.
+//! Numbers, events and runs as JSON.
 
 use serde_json::{Value, json};
 use sim::events::{TimedEvent, cause, fingers, name};
@@ -45,7 +45,7 @@ pub fn event(timed: &TimedEvent) -> Value {
     value
 }
 
-/// One object per run. Times count from the start of the run.
+/// A run as one JSON object. Times are in s since the start of the run.
 pub fn run(run: &Run) -> Value {
     let scenario = &run.scenario;
     json!({

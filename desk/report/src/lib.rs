@@ -1,5 +1,5 @@
-//! What turns runs and numbers into charts, side views, tables, JSON, words, pages and files; it computes
-//! nothing and knows no experiment, and no command line may be in it.
+//! Output of runs and results: charts, side views, tables, JSON, text, pages and files. It computes no
+//! results and knows no experiment; command lines do not belong here.
 #![forbid(unsafe_code)]
 
 pub mod files;

@@ -1,4 +1,4 @@
-//! The picture of a grasp: residuals, pressure and the object's place over time, with what happened.
+//! Figure of a grasp: residuals, pressure and position of the object over time, with phases and events.
 
 use std::ops::Range;
 
@@ -13,12 +13,15 @@ use crate::style::{ALARM, FAINT, INK, PALETTE, QUIET};
 
 const PANEL_WIDTH: u32 = 620;
 const HEIGHT: u32 = 760;
-/// One sample in this many is drawn: 250 Hz are finer than the picture.
+/// Every n-th sample is drawn: 250 Hz is finer than the resolution of the figure.
 const EVERY: usize = 4;
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
-/// Draws one column per run as SVG.
+/// Figure of one or more runs as SVG, one column per run.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn grasp(runs: &[Run]) -> anyhow::Result<String> {
     let mut svg = String::new();
     draw(runs, &mut svg).map_err(|error| anyhow::anyhow!("cannot draw: {error}"))?;
@@ -96,7 +99,7 @@ struct Line {
     value: Box<Value>,
 }
 
-/// What a line shows; none leaves a gap.
+/// Value of a line; none leaves a gap.
 type Value = dyn Fn(&Sample) -> Option<f64>;
 
 type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -217,7 +220,7 @@ fn phases(run: &Run) -> Vec<(Phase, f64, f64)> {
     phases
 }
 
-/// What is worth a line across the picture.
+/// Instants that are marked in the figure: time s, colour, label.
 fn marks(run: &Run) -> Vec<(f64, RGBColor, &'static str)> {
     let mut first_contact = true;
     run.events

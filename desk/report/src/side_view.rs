@@ -1,9 +1,9 @@
-//! A grasp as a film strip: fingers and object from the side at chosen instants.
+//! Side views of fingers and object at selected instants of a run.
 
 use std::fmt::Write;
 
-use finger::capability::Object;
-use finger::chain::Grasp;
+use finger::grasp::Grasp;
+use finger::object::Object;
 use sim::arm::Phase;
 use sim::run::{Outcome, Pose, Run};
 use sim::scenario::ObjectKind;

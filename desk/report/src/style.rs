@@ -1,14 +1,14 @@
-//! Colours of every picture.
+//! Colours of all figures.
 
 use plotters::style::RGBColor;
 
-/// Text and axes.
+/// Colour of text and axes.
 pub const INK: RGBColor = RGBColor(40, 44, 52);
-/// Secondary text and lines.
+/// Colour of secondary text and lines.
 pub const QUIET: RGBColor = RGBColor(110, 118, 130);
-/// Grids.
+/// Colour of grids.
 pub const FAINT: RGBColor = RGBColor(225, 228, 233);
-/// What must not be missed.
+/// Colour of losses and alarms.
 pub const ALARM: RGBColor = RGBColor(213, 60, 0);
 /// Colours that people with any colour vision tell apart (Okabe and Ito, 2008).
 pub const PALETTE: [RGBColor; 4] = [

@@ -1,4 +1,4 @@
-//! Tables for a terminal and for a page.
+//! Tables for a terminal and for HTML.
 
 use std::fmt::Write;
 
@@ -6,18 +6,18 @@ use maud::{Markup, html};
 
 /// A table with its title above and a note below.
 pub struct Table {
-    /// What it shows.
+    /// Title above the table.
     pub title: String,
-    /// What stands above each column.
+    /// Column headers.
     pub head: Vec<&'static str>,
-    /// A cell for each column.
+    /// Rows with one cell for each column.
     pub rows: Vec<Vec<String>>,
-    /// How it is meant.
+    /// Explanation below the table.
     pub note: String,
 }
 
 impl Table {
-    /// Aligned, for a terminal.
+    /// As plain text with aligned columns.
     pub fn text(&self) -> String {
         let widths: Vec<usize> = (0..self.head.len())
             .map(|n| {
@@ -44,7 +44,7 @@ impl Table {
         out
     }
 
-    /// For a page.
+    /// As an HTML table with title and note.
     pub fn html(&self) -> Markup {
         html! {
             h2 { (self.title) }

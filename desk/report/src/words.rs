@@ -1,4 +1,4 @@
-//! A run in plain words.
+//! A run as text: its title, its timeline and its latency.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use sim::arm::Phase;
 use sim::run::{Outcome, Run};
 use sim::scenario::Scenario;
 
-/// What is to be done, in a few words.
+/// Object, mass, acceleration and pressure of a scenario in one line.
 pub fn title(scenario: &Scenario) -> String {
     format!(
         "{} {:.0} g, {} kPa, {} m/s²",
@@ -17,7 +17,7 @@ pub fn title(scenario: &Scenario) -> String {
     )
 }
 
-/// What the arm, the object and the controller did, in the order of time.
+/// Events of the arm, the object and the controller in the order of time, and the outcome.
 pub fn timeline(run: &Run) -> String {
     let mut lines: Vec<(f64, &str, String)> = Vec::new();
     let mut phase = None;

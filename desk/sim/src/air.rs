@@ -1,23 +1,23 @@
-//! The regulator's valve, and the lags of air and fingers behind it.
+//! The pressure regulator, and the lags of the air and of the fingers behind it.
 
 use softgrip::frontend::FrontEnd;
 use softgrip::units::DacCode;
 
-use crate::gripper::Regulator;
+use crate::gripper::RegulatorParameters;
 
-/// Control tick, s.
+/// Control tick, s; [`softgrip::TICK_US`] in seconds.
 pub const TICK_S: f64 = 0.001;
 
-/// The regulator's valve.
+/// Output pressure of the proportional regulator, limited in slew rate.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Valve {
-    /// Pressure that it lets through in the end, kPa.
+    /// Current output pressure, kPa.
     pub kpa: f64,
 }
 
 impl Valve {
-    /// Pressure that a regulator makes of a command, kPa, with its errors of gain and offset.
-    pub fn wanted_kpa(regulator: &Regulator, dac: DacCode) -> f64 {
+    /// Steady output pressure for a command, kPa, with the regulator's gain and offset errors.
+    pub fn wanted_kpa(regulator: &RegulatorParameters, dac: DacCode) -> f64 {
         let commanded = f64::from(FrontEnd::REFERENCE.commanded(dac).0);
         if commanded > 1.0 {
             (regulator.gain * commanded + regulator.offset_kpa).max(0.0)
@@ -27,15 +27,15 @@ impl Valve {
         }
     }
 
-    /// One tick towards a pressure, no faster than the regulator slews; gives where it is, kPa.
-    pub fn step(&mut self, regulator: &Regulator, wanted_kpa: f64) -> f64 {
+    /// Advances by one control tick towards a pressure, limited in slew rate; gives the output pressure, kPa.
+    pub fn step(&mut self, regulator: &RegulatorParameters, wanted_kpa: f64) -> f64 {
         let slew = regulator.slew_kpa_per_s * TICK_S;
         self.kpa += (wanted_kpa - self.kpa).clamp(-slew, slew);
         self.kpa
     }
 }
 
-/// First-order lag.
+/// A first-order lag, discretised at the control tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Lag {
     gain: f64,
@@ -43,7 +43,7 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// At rest at zero.
+    /// A lag with output zero. `time_constant_s` in s.
     pub fn new(time_constant_s: f64) -> Self {
         Self {
             gain: 1.0 - (-TICK_S / time_constant_s).exp(),
@@ -51,7 +51,7 @@ impl Lag {
         }
     }
 
-    /// One tick.
+    /// Advances by one control tick and gives the output.
     pub fn step(&mut self, input: f64) -> f64 {
         self.value += self.gain * (input - self.value);
         self.value
@@ -69,10 +69,10 @@ pub struct Swing {
 impl Swing {
     /// Natural frequency, rad/s. The controller's settings have it as `bending_hz`, 5.9 Hz.
     pub const OMEGA_RAD_PER_S: f64 = 37.0;
-    /// Damping ratio.
+    /// Damping ratio; dimensionless.
     const DAMPING: f64 = 0.45;
 
-    /// One tick.
+    /// Advances by one control tick and gives the output.
     pub fn step(&mut self, input: f64) -> f64 {
         let acceleration = Self::OMEGA_RAD_PER_S * Self::OMEGA_RAD_PER_S * (input - self.value)
             - 2.0 * Self::DAMPING * Self::OMEGA_RAD_PER_S * self.rate;

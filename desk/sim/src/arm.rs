@@ -1,7 +1,7 @@
-//! The robot arm: jerk-limited moves that bring the gripper down onto an object, lift it, carry it
-//! and put it down, and the moments at which the robot asks for grip and release.
+//! The robot arm: jerk-limited moves that lower the gripper over an object, lift it, transfer it and place
+//! it, and the times at which the robot requests grip and release.
 
-/// What the arm is doing; the paper's picking, transferring and placing, in finer steps.
+/// Phase of the arm: the paper's picking, transferring and placing, in finer steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Phase {
     /// Coming down over the object, gripper open.
@@ -10,7 +10,7 @@ pub enum Phase {
     Grip,
     /// Picking the object up.
     Lift,
-    /// Transferring it sideways.
+    /// Transferring the object sideways.
     Carry,
     /// Lowering it onto its destination.
     Place,
@@ -18,7 +18,7 @@ pub enum Phase {
     Release,
     /// Going up again, leaving the object behind.
     Retreat,
-    /// Standing still for good.
+    /// At rest after the last move.
     Done,
 }
 
@@ -35,7 +35,7 @@ impl Phase {
 /// The task given to the arm. Every move starts and ends at rest, without a speed limit: the
 /// paper varies acceleration only.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct ArmTask {
     /// Greatest acceleration of every move, m/s².
     pub acceleration_m_s2: f64,
     /// Time in which acceleration rises from zero to its greatest value, s.
@@ -54,10 +54,10 @@ pub struct Motion {
     pub release_s: f64,
 }
 
-impl Default for Motion {
+impl Default for ArmTask {
     /// Lift, transfer and jerk ramp reproduce the outcomes that the paper states; the rest is free.
     fn default() -> Self {
-        Motion {
+        ArmTask {
             acceleration_m_s2: 5.0,
             jerk_ramp_s: 0.047,
             approach_m: 0.15,
@@ -70,11 +70,11 @@ impl Default for Motion {
     }
 }
 
-/// Where the arm is at one moment. The origin is the palm's position when it grips; x points in the
-/// direction of the transfer and z up.
+/// State of the arm at one instant. The origin is the palm's position at the grip; x points in the direction
+/// of the transfer and z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmState {
-    /// What the arm is doing.
+    /// Current phase.
     pub phase: Phase,
     /// Position of the palm, m.
     pub position_m: [f64; 3],
@@ -104,19 +104,19 @@ struct Stage {
 }
 
 impl Profile {
-    /// Plans the cycle.
-    pub fn new(motion: &Motion) -> Profile {
+    /// Plans all moves of a task.
+    pub fn new(task: &ArmTask) -> Profile {
         let (x, z) = (0, 2);
         let plan = [
-            (Phase::Approach, z, -motion.approach_m, motion.dwell_s),
-            (Phase::Grip, z, 0.0, motion.grip_s),
-            (Phase::Lift, z, motion.lift_m, motion.dwell_s),
-            (Phase::Carry, x, motion.carry_m, motion.dwell_s),
-            (Phase::Place, z, -motion.lift_m, motion.dwell_s),
-            (Phase::Release, z, 0.0, motion.release_s),
-            (Phase::Retreat, z, motion.lift_m, motion.dwell_s),
+            (Phase::Approach, z, -task.approach_m, task.dwell_s),
+            (Phase::Grip, z, 0.0, task.grip_s),
+            (Phase::Lift, z, task.lift_m, task.dwell_s),
+            (Phase::Carry, x, task.carry_m, task.dwell_s),
+            (Phase::Place, z, -task.lift_m, task.dwell_s),
+            (Phase::Release, z, 0.0, task.release_s),
+            (Phase::Retreat, z, task.lift_m, task.dwell_s),
         ];
-        let mut at_m = [0.0, 0.0, motion.approach_m];
+        let mut at_m = [0.0, 0.0, task.approach_m];
         let mut time_s = 0.0;
         let stages = plan.map(|(phase, axis, distance_m, rest_s)| {
             let stage = Stage {
@@ -125,11 +125,7 @@ impl Profile {
                 from_m: at_m,
                 axis,
                 sign: distance_m.signum(),
-                travel: Travel::new(
-                    distance_m.abs(),
-                    motion.acceleration_m_s2,
-                    motion.jerk_ramp_s,
-                ),
+                travel: Travel::new(distance_m.abs(), task.acceleration_m_s2, task.jerk_ramp_s),
             };
             at_m[axis] += distance_m;
             time_s += stage.travel.duration_s() + rest_s;
@@ -254,11 +250,11 @@ mod tests {
     #[test]
     fn every_move_keeps_its_limits_and_its_state_is_consistent() {
         for acceleration in [2.0, 5.0, 10.0, 40.0] {
-            let motion = Motion {
+            let task = ArmTask {
                 acceleration_m_s2: acceleration,
-                ..Motion::default()
+                ..ArmTask::default()
             };
-            let profile = Profile::new(&motion);
+            let profile = Profile::new(&task);
             let dt = 1e-4;
             let mut last = profile.at(0.0);
             for n in 1..=(profile.duration_s() / dt) as usize + 100 {
@@ -267,9 +263,9 @@ mod tests {
                     let a = now.acceleration_m_s2[axis];
                     let jerk = (a - last.acceleration_m_s2[axis]) / dt;
                     assert!(a.abs() <= acceleration * (1.0 + 1e-9));
-                    assert!(jerk.abs() <= acceleration / motion.jerk_ramp_s * (1.0 + 1e-6));
+                    assert!(jerk.abs() <= acceleration / task.jerk_ramp_s * (1.0 + 1e-6));
                     let dv = now.velocity_m_s[axis] - last.velocity_m_s[axis];
-                    assert!((dv / dt - a).abs() <= acceleration / motion.jerk_ramp_s * dt);
+                    assert!((dv / dt - a).abs() <= acceleration / task.jerk_ramp_s * dt);
                     let dx = now.position_m[axis] - last.position_m[axis];
                     assert!((dx / dt - now.velocity_m_s[axis]).abs() <= acceleration * dt);
                 }
@@ -280,17 +276,17 @@ mod tests {
 
     #[test]
     fn phases_follow_each_other_at_rest_and_end_at_the_destination() {
-        let motion = Motion::default();
-        let profile = Profile::new(&motion);
+        let task = ArmTask::default();
+        let profile = Profile::new(&task);
         let stations = [
-            (Phase::Approach, [0.0, 0.0, motion.approach_m]),
+            (Phase::Approach, [0.0, 0.0, task.approach_m]),
             (Phase::Grip, [0.0; 3]),
             (Phase::Lift, [0.0; 3]),
-            (Phase::Carry, [0.0, 0.0, motion.lift_m]),
-            (Phase::Place, [motion.carry_m, 0.0, motion.lift_m]),
-            (Phase::Release, [motion.carry_m, 0.0, 0.0]),
-            (Phase::Retreat, [motion.carry_m, 0.0, 0.0]),
-            (Phase::Done, [motion.carry_m, 0.0, motion.lift_m]),
+            (Phase::Carry, [0.0, 0.0, task.lift_m]),
+            (Phase::Place, [task.carry_m, 0.0, task.lift_m]),
+            (Phase::Release, [task.carry_m, 0.0, 0.0]),
+            (Phase::Retreat, [task.carry_m, 0.0, 0.0]),
+            (Phase::Done, [task.carry_m, 0.0, task.lift_m]),
         ];
         for (phase, position) in stations {
             let state = profile.at(profile.start_s(phase));
@@ -307,7 +303,7 @@ mod tests {
 
     #[test]
     fn the_robot_asks_for_grip_from_grip_to_release() {
-        let profile = Profile::new(&Motion::default());
+        let profile = Profile::new(&ArmTask::default());
         let asks = |t| profile.at(t).phase.wants_grip();
         let (grip, release) = (
             profile.start_s(Phase::Grip),

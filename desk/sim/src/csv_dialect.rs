@@ -1,6 +1,7 @@
-//! Tables of numbers as people's loggers and spreadsheets write them.
+//! Numeric tables (CSV) as loggers and spreadsheets write them.
 //!
-//! What is unambiguous is read, and what was understood is said; the rest is refused by line and column.
+//! What is unambiguous is read, and every assumption is noted for the user. The rest is refused by line and
+//! column.
 
 mod text;
 mod units;
@@ -17,9 +18,9 @@ pub use units::{Quantity, Wanted};
 pub struct Table {
     /// The columns as the file calls them; none where there is no such column.
     pub names: Vec<Option<String>>,
-    /// The rows.
+    /// Rows with data, in the order of the file.
     pub rows: Vec<Row>,
-    /// What was understood that is not plain, for a person.
+    /// Assumptions made while reading, for the user.
     pub notes: Vec<String>,
 }
 
@@ -35,16 +36,22 @@ pub struct Row {
 /// A header is looked for within so many lines: what loggers write before it is shorter.
 const PREAMBLE_LINES: usize = 100;
 
-/// So many lines with more decimals make a last one without end of line a cut one.
+/// A last line without end-of-line counts as truncated if this many lines have more decimals.
 const CUT_AFTER: usize = 3;
 
-/// Reads the file.
+/// Reads and parses a file.
+///
+/// # Errors
+/// If the file cannot be read, or as [`parse`].
 pub fn read(path: &Path, wanted: &[Wanted]) -> anyhow::Result<Table> {
     let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
     parse(&bytes, wanted).with_context(|| format!("{}", path.display()))
 }
 
-/// Reads the file's content.
+/// Parses the content of a file for the wanted columns.
+///
+/// # Errors
+/// Names line and column of what cannot be read, and what would be right.
 pub fn parse(bytes: &[u8], wanted: &[Wanted]) -> anyhow::Result<Table> {
     let text = text::decode(bytes)?;
     let mut notes = Vec::new();
@@ -115,7 +122,7 @@ struct Header {
     skipped: usize,
     separator: char,
     names: Vec<String>,
-    /// Where each wanted column stands.
+    /// Position of each wanted column.
     columns: Vec<Option<usize>>,
 }
 
@@ -206,7 +213,7 @@ fn lacks(line: usize, name: &str, separator: Option<char>, wanted: &[Wanted]) ->
     )
 }
 
-/// How the lines below the header are read.
+/// How the lines below the header are parsed.
 struct Body {
     separator: char,
     width: usize,

@@ -1,4 +1,4 @@
-//! Controller events in plain words.
+//! Controller events with their time, as text.
 
 use softgrip::FINGERS;
 use softgrip::detect::{Loss, LossCause};
@@ -9,12 +9,12 @@ use softgrip::telemetry::Event;
 pub struct TimedEvent {
     /// Seconds since the start; of a trace, by its own clock.
     pub t_s: f64,
-    /// What happened.
+    /// The controller's event.
     pub event: Event,
 }
 
 impl TimedEvent {
-    /// One line for a person.
+    /// The event as one line of text.
     pub fn words(&self) -> String {
         match self.event {
             Event::Contact { finger } => format!("finger {} touches", finger + 1),
@@ -55,7 +55,7 @@ impl TimedEvent {
         }
     }
 
-    /// When a loss that is reported now began, s. The controller's clock counts from its own start.
+    /// Onset of a loss that is reported now, s; the controller's clock counts from its own start.
     pub fn onset_s(&self, loss: &Loss) -> f64 {
         self.t_s - loss.latency_us() as f64 * 1e-6
     }
@@ -66,7 +66,7 @@ pub fn fingers(which: [bool; FINGERS]) -> Vec<usize> {
     (1..=FINGERS).filter(|finger| which[finger - 1]).collect()
 }
 
-/// A word for how a loss showed.
+/// Name of the cause of a loss, as in JSON.
 pub fn cause(cause: LossCause) -> &'static str {
     match cause {
         LossCause::Collapse => "collapse",

@@ -1,4 +1,4 @@
-//! What may break in the simulated gripper, and when.
+//! Faults that can be injected into the simulated gripper.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,7 +6,7 @@ use std::str::FromStr;
 use anyhow::{Context, ensure};
 use softgrip::FINGERS;
 
-/// What breaks.
+/// Kind of fault that can be injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
     /// The valve keeps its last opening.
@@ -46,7 +46,7 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
-    /// All of them.
+    /// Every kind, in the order of the help text.
     pub const ALL: [Self; 17] = [
         Self::RegulatorStuck,
         Self::SupplyClosed,
@@ -67,7 +67,7 @@ impl FaultKind {
         Self::Stop,
     ];
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::RegulatorStuck => "regulator-stuck",
@@ -90,12 +90,12 @@ impl FaultKind {
         }
     }
 
-    /// Every kind's name.
+    /// Names of all kinds, separated by commas, for messages.
     pub fn names() -> String {
         Self::ALL.map(Self::name).join(", ")
     }
 
-    /// Whether it is about one finger.
+    /// Whether it affects one finger's gauge.
     fn has_finger(self) -> bool {
         match self {
             Self::GaugeOpen
@@ -125,26 +125,26 @@ impl fmt::Display for FaultKind {
     }
 }
 
-/// A fault for a stretch of time, written `gauge-open:2@1.5s..2s`.
+/// A fault during an interval, written `gauge-open:2@1.5s..2s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Injected {
-    /// What breaks.
+    /// Kind of fault.
     pub kind: FaultKind,
-    /// Whose gauge it is, from 0; of gauges alone.
+    /// Affected finger, from 0; only for faults of a gauge.
     pub finger: Option<usize>,
-    /// When it breaks, s since the start of the run.
+    /// Start of the fault, s since the start of the run.
     pub from_s: f64,
-    /// When it is whole again, s; infinite if never.
+    /// End of the fault, s since the start of the run; infinite if it stays.
     pub until_s: f64,
 }
 
 impl Injected {
-    /// Whether it is broken at this moment.
+    /// Whether the fault is active at `t_s`, s.
     pub fn is_on(&self, t_s: f64) -> bool {
         (self.from_s..self.until_s).contains(&t_s)
     }
 
-    /// What and whose, without the time.
+    /// Kind and finger as on the command line, without the times.
     pub fn name(&self) -> String {
         match self.finger {
             Some(finger) => format!("{}:{}", self.kind, finger + 1),
@@ -153,7 +153,7 @@ impl Injected {
     }
 }
 
-/// Whether something of this kind is broken.
+/// Whether a fault of this kind is active at `t_s`, s.
 pub fn any(faults: &[Injected], kind: FaultKind, t_s: f64) -> bool {
     faults.iter().any(|f| f.kind == kind && f.is_on(t_s))
 }

@@ -2,25 +2,25 @@
 
 use serde::Deserialize;
 
-use crate::arm::Motion;
+use crate::arm::ArmTask;
 
 /// Every parameter that is not in the finger's recipe.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
 pub struct Gripper {
-    pub hand: Hand,
-    pub world: World,
-    pub arm: Arm,
-    pub regulator: Regulator,
-    pub gauge: Gauge,
+    pub hand: FingerParameters,
+    pub world: EngineParameters,
+    pub arm: ArmParameters,
+    pub regulator: RegulatorParameters,
+    pub gauge: GaugeParameters,
 }
 
-/// How the fingers stand, and their lags.
+/// Position, stiffness, damping and friction of the fingers (`[hand]`).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
-pub struct Hand {
+pub struct FingerParameters {
     pub first_finger_deg: f64,
     pub finger_stiffness: [f64; 3],
     pub damping_ms: f64,
@@ -28,19 +28,19 @@ pub struct Hand {
     pub sliding_friction: f64,
 }
 
-/// The rigid-body engine.
+/// Parameters of the rigid-body engine.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
-pub struct World {
+pub struct EngineParameters {
     pub step_ms: f64,
 }
 
-/// The arm's moves.
+/// Parameters of the arm's moves.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
-pub struct Arm {
+pub struct ArmParameters {
     pub approach_mm: f64,
     pub lift_mm: f64,
     pub carry_mm: f64,
@@ -50,11 +50,11 @@ pub struct Arm {
     pub release_ms: f64,
 }
 
-/// The pressure regulator, its monitor and the supply.
+/// Parameters of pressure regulator, pressure monitor and supply.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
-pub struct Regulator {
+pub struct RegulatorParameters {
     pub lag_ms: f64,
     pub slew_kpa_per_s: f64,
     pub gain: f64,
@@ -63,11 +63,11 @@ pub struct Regulator {
     pub supply_v: f64,
 }
 
-/// The strain gauges and their converter.
+/// Parameters of strain gauges and converter.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
-pub struct Gauge {
+pub struct GaugeParameters {
     pub creep_percent: f64,
     pub creep_time_s: f64,
     pub scans: u16,
@@ -80,9 +80,9 @@ impl Gripper {
     }
 
     /// The arm's cycle at an acceleration.
-    pub fn motion(&self, acceleration_m_s2: f64) -> Motion {
+    pub fn arm_task(&self, acceleration_m_s2: f64) -> ArmTask {
         let arm = &self.arm;
-        Motion {
+        ArmTask {
             acceleration_m_s2,
             jerk_ramp_s: 1e-3 * arm.jerk_ramp_ms,
             approach_m: 1e-3 * arm.approach_mm,
@@ -101,6 +101,6 @@ mod tests {
 
     #[test]
     fn the_reference_is_readable_and_is_the_arms_default() {
-        assert_eq!(Gripper::reference().motion(5.0), Motion::default());
+        assert_eq!(Gripper::reference().arm_task(5.0), ArmTask::default());
     }
 }

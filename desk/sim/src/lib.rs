@@ -1,5 +1,5 @@
-//! The simulated gripper and its arm, what may break in them, and one run of them, or of a recorded trace,
-//! through the real controller; no command line, no JSON, no progress bar and no picture may be in it.
+//! The simulated gripper and its arm, injected faults, and one run of them, or of a recorded trace, through
+//! the controller. Command lines, JSON, progress bars and pictures do not belong here.
 //!
 //! ```text
 //! scenario ─► plant (arm, world, air, gauges) ◄─ codes ─► controller

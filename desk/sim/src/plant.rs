@@ -1,9 +1,10 @@
-//! The simulated gripper as its controller sees it: a DAC code goes in, ADC codes come out.
+//! The simulated gripper as seen by its controller: a DAC code in, ADC codes out.
 
 use std::f64::consts::TAU;
 
-use finger::capability::Object;
-use finger::chain::{Chain, Grasp};
+use finger::chain::Chain;
+use finger::grasp::Grasp;
+use finger::object::Object;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -38,12 +39,12 @@ const OPEN_INPUT_S: f64 = 0.001;
 /// An open monitor input discharges its 100 nF through the divider's lower 30 kΩ (`boards/README.md`), s.
 const OPEN_MONITOR_S: f64 = 0.003;
 
-/// What really happens, for judging the controller; it never sees this.
+/// True state of the plant, against which the controller is judged; the controller never sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
     /// Time since the start, s.
     pub t_s: f64,
-    /// The arm.
+    /// Phase, position, velocity and acceleration of the arm.
     pub arm: ArmState,
     /// Centre of the object in the palm's frame, m.
     pub object_m: [f64; 3],
@@ -51,13 +52,13 @@ pub struct Truth {
     pub pressure_kpa: f64,
     /// Contact residual of each finger, without noise, creep and quantisation, µε.
     pub residual_ue: [f64; FINGERS],
-    /// What each gauge shows, with creep, without noise and quantisation, µε.
+    /// Strain of each gauge with creep, without noise and quantisation, µε.
     pub strain_ue: [f64; FINGERS],
     /// Normal force of each finger on the object, N.
     pub contact_n: [f64; FINGERS],
 }
 
-/// What comes from outside and is in no profile; nothing unless set.
+/// External disturbances; zero unless set.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Disturbance {
     /// Force on the object, in the palm's frame, N.
@@ -66,14 +67,14 @@ pub struct Disturbance {
     pub ripple_kpa: f64,
 }
 
-/// What stands at the converter's pins, as shares of its reference.
+/// Voltages at the converter's pins, as fractions of its reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pins {
     /// One gauge per finger.
     pub gauges: [f64; FINGERS],
     /// The regulator's pressure monitor.
     pub monitor: f64,
-    /// The supply voltage.
+    /// The supply voltage, behind its divider.
     pub supply: f64,
 }
 
@@ -138,9 +139,9 @@ pub struct Plant {
     bending: Swing,
     creep: [Lag; FINGERS],
     disturbance: Disturbance,
-    /// What the gauges' inputs showed last.
+    /// Last voltages of the gauge inputs, which an open input keeps for a while.
     gauge_codes: [AdcCode; FINGERS],
-    /// What the monitor's input shows, kPa.
+    /// Pressure that corresponds to the monitor's input voltage, kPa.
     monitor_kpa: f64,
     faults: Vec<Injected>,
 }
@@ -148,7 +149,7 @@ pub struct Plant {
 impl Plant {
     /// A gripper above an object, without pressure.
     pub fn new(scenario: &Scenario, gripper: &Gripper, chain: &Chain, grasp: &Grasp) -> Self {
-        let profile = Profile::new(&gripper.motion(scenario.accel_m_s2));
+        let profile = Profile::new(&gripper.arm_task(scenario.accel_m_s2));
         let config = world_config(scenario, gripper, chain, grasp);
         Self {
             world: World::new(&config, profile.at(0.0).position_m),
@@ -172,13 +173,13 @@ impl Plant {
         }
     }
 
-    /// The same with what will break.
+    /// Adds injected faults.
     pub fn with_faults(mut self, faults: &[Injected]) -> Self {
         self.faults = faults.to_vec();
         self
     }
 
-    /// The arm's cycle.
+    /// The arm's planned moves over time.
     pub fn profile(&self) -> &Profile {
         &self.profile
     }
@@ -215,7 +216,7 @@ impl Plant {
         (pins, truth)
     }
 
-    /// One tick of arm, air and fingers.
+    /// Advances arm, air and fingers by one control tick.
     fn advance(&mut self, dac: DacCode) -> Truth {
         self.ticks += 1;
         let t_s = self.t_s();
@@ -243,24 +244,24 @@ impl Plant {
         self.ticks as f64 * TICK_S
     }
 
-    /// Whether something of this kind is broken.
+    /// Whether a fault of this kind is active.
     fn broken(&self, kind: FaultKind) -> bool {
         fault::any(&self.faults, kind, self.t_s())
     }
 
-    /// What of this kind is broken about one finger's gauge.
+    /// The active fault of this kind at one finger's gauge.
     fn gauge_fault(&self, kind: FaultKind, finger: usize) -> Option<&Injected> {
         self.faults
             .iter()
             .find(|f| f.kind == kind && f.finger == Some(finger) && f.is_on(self.t_s()))
     }
 
-    /// How fast the object slides along each finger that touches it, m/s.
+    /// Sliding speed of the object along each finger that touches it, m/s.
     pub fn sliding_m_s(&self) -> [Option<f64>; FINGERS] {
         self.world.sliding_m_s()
     }
 
-    /// Sets what comes from outside, from the next tick on.
+    /// Sets the external disturbances from the next tick on.
     pub fn disturb(&mut self, disturbance: Disturbance) {
         self.disturbance = disturbance;
         self.world.push(disturbance.push_n);
@@ -301,7 +302,7 @@ impl Plant {
         self.world.link_ends()
     }
 
-    /// From the regulator's command to the pressure that bends the fingers.
+    /// The pressure in the fingers for a command of the regulator, kPa.
     fn inflate(&mut self, dac: DacCode) -> f64 {
         let regulator = &self.gripper.regulator;
         let wanted = if self.broken(FaultKind::OverPressure) {

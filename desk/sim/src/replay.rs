@@ -1,4 +1,4 @@
-//! Recorded traces through the controller.
+//! Replay of a recorded trace through the controller.
 
 use softgrip::frontend::FrontEnd;
 use softgrip::units::{AdcCode, Instant, Kilopascals, Microstrain, Volts};
@@ -53,7 +53,7 @@ pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
     events
 }
 
-/// What the converter would have delivered for a row. Casts to codes saturate.
+/// Converter codes for a row. Casts to codes saturate.
 fn frame(row: &Row) -> RawFrame {
     let front_end = FrontEnd::REFERENCE;
     let code = |code: f32| AdcCode(code.round() as u16);

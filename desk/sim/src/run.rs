@@ -1,10 +1,10 @@
-//! Runs the controller against the simulated gripper and judges it by the truth.
+//! Runs the controller on the simulated gripper and compares its reports with the true state.
 
 use std::time::{Duration, Instant as WallClock};
 
-use finger::chain::{Chain, Grasp};
+use finger::chain::Chain;
+use finger::grasp::Grasp;
 use finger::recipe::Recipe;
-use finger::table::Table;
 use softgrip::settings::Settings;
 use softgrip::table::{FINGER, FingerTable};
 use softgrip::telemetry::{Event, Snapshot};
@@ -32,10 +32,10 @@ const WITH_AIR: f64 = 0.9;
 /// Ticks from one pose to the next.
 pub const POSE_TICKS: u64 = 10;
 
-/// What the physics did.
+/// What happened to the object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// The object arrived.
+    /// The object arrived at its destination.
     Hold,
     /// It fell while being lifted.
     Pick,
@@ -44,7 +44,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// The word for it.
+    /// Name in JSON, CSV and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
@@ -54,12 +54,12 @@ impl Outcome {
     }
 }
 
-/// One tick of a run.
+/// True state and controller state at one control tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
-    /// What really happened.
+    /// True state of the plant.
     pub truth: Truth,
-    /// What the controller made of it.
+    /// The controller's snapshot.
     pub seen: Snapshot,
     /// Gauge readings as the converter delivered them, µε.
     pub strain_ue: [f32; FINGERS],
@@ -67,7 +67,7 @@ pub struct Sample {
     pub asked_kpa: f64,
 }
 
-/// Where everything is at one moment, seen from the palm; for drawing.
+/// Positions of links and object at one instant in the palm's frame, for drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Pose {
     /// Time since the start, s.
@@ -81,7 +81,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Where everything in the plant is now.
+    /// The present pose of the plant.
     pub fn of(plant: &Plant, truth: &Truth) -> Self {
         Self {
             t_s: truth.t_s,
@@ -92,57 +92,48 @@ impl Pose {
     }
 }
 
-/// A finished run.
+/// The results of one simulated run.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// What was to be done.
+    /// The simulated scenario.
     pub scenario: Scenario,
-    /// What broke.
+    /// Injected faults.
     pub faults: Vec<Injected>,
-    /// Every tick.
+    /// One sample per control tick.
     pub samples: Vec<Sample>,
-    /// Every hundredth of a second.
+    /// One pose per [`POSE_TICKS`] ticks.
     pub poses: Vec<Pose>,
-    /// Everything that the controller reported.
+    /// All events of the controller.
     pub events: Vec<TimedEvent>,
-    /// What the physics did.
+    /// What happened to the object.
     pub outcome: Outcome,
-    /// When the object had moved 20 mm, s.
+    /// Time at which the object had moved 20 mm relative to the palm, s; none if it never did.
     pub slid_at_s: Option<f64>,
-    /// When the true residual sum left 90 % of its plateau for good, s.
+    /// Onset of the loss: the true residual sum falls below 90 % of its plateau for good, s; none without a
+    /// loss.
     pub collapse_at_s: Option<f64>,
-    /// When the controller said *lost*, s.
+    /// Time of the controller's report of *lost*, s; none without a report.
     pub flagged_at_s: Option<f64>,
-    /// Simulated time over wall time.
+    /// Simulated time divided by wall time.
     pub realtime_factor: f64,
 }
 
 /// The controller's table for a finger: the built-in one if that is its finger, else a new one that lives
 /// as long as the program.
+///
+/// # Errors
+/// If no table can be computed for the recipe.
 pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
     if recipe.inputs_hash == FINGER.inputs_hash {
         return Ok(&FINGER);
     }
-    let table = Table::of(recipe)?;
-    Ok(Box::leak(Box::new(FingerTable {
-        recipe: Box::leak(table.recipe.clone().into_boxed_str()),
-        inputs_hash: table.inputs_hash,
-        error_bound_percent: table.error_bound_percent,
-        lift_error_percent: table.lift_error_percent,
-        lift_rows: table.lift_rows,
-        max_pressure_kpa: table.max_pressure_kpa,
-        stiffness_nmm_per_deg: table.stiffness_nmm_per_deg,
-        rows: table.rows.map(|row| softgrip::table::Row {
-            free_strain_ue: row.free_strain_ue,
-            tip_angle_deg: row.tip_angle_deg,
-            tip_mm: row.tip_mm,
-            torque_nmm: row.torque_nmm,
-            lift_n: row.lift_n,
-        }),
-    })))
+    Ok(Box::leak(Box::new(finger::table::of(recipe)?)))
 }
 
 /// A controller with a recipe's table and these settings.
+///
+/// # Errors
+/// If the settings are not valid for the finger; the message names the setting.
 pub fn controller(table: &'static FingerTable, settings: &Settings) -> anyhow::Result<Controller> {
     let active = settings
         .validate(&softgrip::frontend::FrontEnd::REFERENCE, table)
@@ -231,7 +222,7 @@ fn judge(samples: &[Sample]) -> (Outcome, Option<f64>) {
     }
 }
 
-/// How far the object moved against the palm, m.
+/// Displacement of the object relative to the palm, m.
 fn distance_m(from: &Sample, to: &Sample) -> f64 {
     let (from, to) = (from.truth.object_m, to.truth.object_m);
     let squares = (0..3).map(|i| (to[i] - from[i]).powi(2));
@@ -289,12 +280,12 @@ impl Run {
         }
     }
 
-    /// From the collapse to the flag, ms.
+    /// Detection latency: from the onset to the report, ms; negative if reported before.
     pub fn latency_ms(&self) -> Option<f64> {
         Some(1e3 * (self.flagged_at_s? - self.collapse_at_s?))
     }
 
-    /// How often the controller said *lost*.
+    /// Number of reports of *lost*.
     pub fn lost_reports(&self) -> usize {
         self.events
             .iter()
@@ -302,7 +293,7 @@ impl Run {
             .count()
     }
 
-    /// What the controller got wrong, if anything.
+    /// The controller's mistake as text; none if it made none.
     pub fn mistake(&self) -> Option<String> {
         let lost = self.lost_reports();
         match self.slid_at_s {

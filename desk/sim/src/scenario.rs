@@ -1,23 +1,23 @@
-//! What is to be picked up, and how fast.
+//! Object, arm and grip of one run.
 
 use anyhow::bail;
 use serde::Serialize;
 
-/// Kind of object.
+/// Shape of the grasped object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ObjectKind {
-    /// A ball.
+    /// A solid sphere.
     Sphere,
-    /// An upright cylinder.
+    /// A solid upright cylinder.
     Cylinder,
 }
 
 impl ObjectKind {
-    /// Both.
+    /// Every kind, in the order of tables.
     pub const ALL: [Self; 2] = [Self::Sphere, Self::Cylinder];
 
-    /// Its name, on the command line and in files.
+    /// Name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sphere => "sphere",
@@ -43,12 +43,12 @@ impl std::str::FromStr for ObjectKind {
     }
 }
 
-/// One pick-and-place run.
+/// Object, arm and grip of one pick-and-place run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scenario {
-    /// What is picked up.
+    /// Shape of the object.
     pub object: ObjectKind,
-    /// Its mass, kg.
+    /// Mass of the object, kg.
     pub mass_kg: f64,
     /// Greatest acceleration of the arm, m/s².
     pub accel_m_s2: f64,

@@ -1,8 +1,9 @@
-//! One run with everything in it that can be varied, and the names under which it is varied.
+//! All parameters of one run, and the names by which a sweep varies them.
 
 use anyhow::{Context, ensure};
-use finger::capability::Object;
-use finger::chain::{Chain, Grasp, Gripped};
+use finger::chain::Chain;
+use finger::grasp::{Grasp, Gripped};
+use finger::object::Object;
 use finger::recipe::Recipe;
 use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;
@@ -15,21 +16,21 @@ use crate::plant::Plant;
 use crate::run::{self, Run};
 use crate::scenario::{ObjectKind, Scenario};
 
-/// A run that has not begun.
+/// All parameters of one run.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// What is picked up, and how fast.
+    /// Object, arm and grip.
     pub scenario: Scenario,
     /// Arm, air and gauges.
     pub gripper: Gripper,
-    /// The fingers.
+    /// The finger as a chain of links, the same for all three.
     pub chain: Chain,
-    /// How they stand around the object.
+    /// Positions of the fingers around the object.
     pub grasp: Grasp,
     /// Stiffness of every joint over that of the chain, at the same torques. The controller is
     /// calibrated to it, as after a free-bend sweep.
     pub stiffness_factor: f64,
-    /// What breaks.
+    /// Injected faults.
     pub faults: Vec<Injected>,
     table: &'static FingerTable,
 }
@@ -37,9 +38,9 @@ pub struct Setup {
 /// A value of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
-    /// Of a [`Parameter`].
+    /// Value of a [`Parameter`], in the unit of its name.
     Number(f64),
-    /// Of `object`.
+    /// Value of [`OBJECT`].
     Object(ObjectKind),
 }
 
@@ -57,14 +58,13 @@ pub const OBJECT: &str = "object";
 
 /// A number that can be varied.
 pub struct Parameter {
-    /// Its name, with its unit. Those with a dot are named after their place in the recipe or in
-    /// `gripper.toml`.
+    /// Name with its unit. A name with a dot is a path in the recipe or in `gripper.toml`.
     pub name: &'static str,
     range: (f64, f64),
     set: fn(&mut Setup, f64),
 }
 
-/// All of them.
+/// Every parameter with its name, its range and how it is set.
 #[rustfmt::skip]
 pub const PARAMETERS: &[Parameter] = &[
     number("mass_kg", 0.001, 5.0, |s, x| s.scenario.mass_kg = x),
@@ -148,7 +148,7 @@ impl Setup {
         Plant::new(&self.scenario, &self.gripper, &self.chain, &self.grasp)
     }
 
-    /// Where and how the object is gripped.
+    /// Position and size of the gripped object.
     pub fn gripped(&self) -> Gripped {
         match self.scenario.object {
             ObjectKind::Sphere => self.grasp.sphere,
@@ -156,7 +156,7 @@ impl Setup {
         }
     }
 
-    /// The same, to be varied.
+    /// As [`Self::gripped`], mutable.
     pub fn gripped_mut(&mut self) -> &mut Gripped {
         match self.scenario.object {
             ObjectKind::Sphere => &mut self.grasp.sphere,
@@ -173,6 +173,9 @@ impl Setup {
     }
 
     /// Sets a parameter by its name. `object` must be set before what belongs to an object.
+    ///
+    /// # Errors
+    /// If there is no parameter of this name.
     pub fn set(&mut self, name: &str, value: Value) -> anyhow::Result<()> {
         match value {
             Value::Object(object) => self.scenario.object = object,
@@ -181,7 +184,11 @@ impl Setup {
         Ok(())
     }
 
-    /// Refuses what cannot stand or be asked for.
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// If the open fingers would be inside the object, the pressure is beyond the recipe's, or a fault begins
+    /// after the end of the run.
     pub fn check(&self) -> anyhow::Result<()> {
         let grasp = &self.grasp;
         let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) =
@@ -198,7 +205,7 @@ impl Setup {
             asked <= most,
             "pressure {asked} kPa: must be at most {most}, where the recipe ends"
         );
-        let motion = self.gripper.motion(self.scenario.accel_m_s2);
+        let motion = self.gripper.arm_task(self.scenario.accel_m_s2);
         let end_s = Profile::new(&motion).duration_s();
         for fault in &self.faults {
             ensure!(
@@ -209,7 +216,10 @@ impl Setup {
         Ok(())
     }
 
-    /// Runs it under the controller. `progress` is told the share that is done.
+    /// Runs it under the controller. `progress` receives the completed fraction, 0 to 1.
+    ///
+    /// # Errors
+    /// If [`Self::check`] refuses the setup.
     pub fn run(&self, progress: impl FnMut(f64)) -> anyhow::Result<Run> {
         self.check()?;
         let mut chain = self.chain.clone();
@@ -234,6 +244,9 @@ impl Setup {
 }
 
 /// Reads a value of the parameter `name`, within its range.
+///
+/// # Errors
+/// If the value has the wrong type or is outside its range; the message names both.
 pub fn value(name: &str, value: &toml::Value) -> anyhow::Result<Value> {
     if name == OBJECT {
         let object = value

@@ -1,4 +1,4 @@
-//! Traces: what a gripper's gauges and regulator showed over time, as CSV.
+//! Traces as CSV: strains, pressure and set-point over time.
 
 mod clock;
 mod plausible;
@@ -29,6 +29,9 @@ pub const COLUMNS: [&str; 6] = [
 ];
 
 /// Reads and checks a trace.
+///
+/// # Errors
+/// If the file cannot be read, or a column, line or rate cannot be right; the message names it.
 pub fn read(path: &Path) -> anyhow::Result<Trace> {
     let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
     parse(&bytes).with_context(|| format!("{}", path.display()))
@@ -147,6 +150,9 @@ fn fill(table: &Table, times: &[f64], notes: &mut Vec<String>) -> anyhow::Result
 
 /// The trace of a sequence of runs, one after the other in time, with what only a simulation knows in
 /// further columns.
+///
+/// # Errors
+/// If a row cannot be formatted.
 pub fn of_runs(runs: &[Run]) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut header = COLUMNS.to_vec();

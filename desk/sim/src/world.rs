@@ -1,6 +1,6 @@
-//! The rigid-body world: three fingers of six links, an object and the fixtures on which it stands,
-//! seen from the palm. The palm stays at the origin (z up, x in the direction of the transfer); the
-//! arm's motion enters as a fictitious force and as the motion of the ground.
+//! The rigid-body world: three fingers of six links, an object, and the fixtures on which it stands, in the
+//! palm's frame. The palm stays at the origin (z up, x in the direction of the transfer); the arm's motion
+//! enters as a fictitious force and as the motion of the ground.
 
 mod friction;
 mod parts;
@@ -157,8 +157,8 @@ impl World {
         })
     }
 
-    /// How fast the object slides along each finger that touches it, m/s: at the slowest contact, for it
-    /// may roll over one that sticks.
+    /// Sliding speed of the object along each finger that touches it, m/s, at the slowest contact: it may
+    /// roll over one that sticks.
     pub fn sliding_m_s(&self) -> [Option<f64>; FINGERS] {
         let bodies = &self.rapier.bodies;
         let object = &bodies[self.object];
@@ -219,7 +219,7 @@ fn settings(step_s: f64) -> IntegrationParameters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arm::{Motion, Phase, Profile};
+    use crate::arm::{ArmTask, Phase, Profile};
 
     const STEP_S: f64 = 0.001;
     /// Stiffness and torques at 140 kPa, N·mm/° and N·mm, from the paper's Tables 2 and 3.
@@ -255,9 +255,9 @@ mod tests {
 
     /// Runs one cycle with full torques or none, handing every step to `look`.
     fn cycle(config: &WorldConfig, acceleration: f64, mut look: impl FnMut(Phase, &World)) {
-        let profile = Profile::new(&Motion {
+        let profile = Profile::new(&ArmTask {
             acceleration_m_s2: acceleration,
-            ..Motion::default()
+            ..ArmTask::default()
         });
         let mut world = World::new(config, profile.at(0.0).position_m);
         let (mut share, mut t) = (0.0, 0.0);
@@ -318,9 +318,9 @@ mod tests {
 
     #[test]
     fn an_object_on_its_fixture_rests_while_the_gripper_comes_down_hard() {
-        let profile = Profile::new(&Motion {
+        let profile = Profile::new(&ArmTask {
             acceleration_m_s2: 10.0,
-            ..Motion::default()
+            ..ArmTask::default()
         });
         let config = sphere(0.15);
         let mut world = World::new(&config, profile.at(0.0).position_m);

@@ -1,4 +1,4 @@
-//! The heaviest object that the twin carries to its destination, against the arm's acceleration.
+//! The heaviest object that the simulated gripper carries to its destination, over the arm's acceleration.
 
 use finger::capability::GRAVITY_M_S2;
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use report::json::round;
 use sim::run::Outcome;
 use sim::setup::Setup;
 
-/// Lightest object that is tried, and heaviest, kg.
+/// Range of masses that are tried, kg.
 const MASS_KG: (f64, f64) = (0.005, 5.0);
 /// The limit is found to this, kg.
 const RESOLUTION_KG: f64 = 0.001;
@@ -22,12 +22,15 @@ pub struct Limit {
     /// Greatest acceleration of the arm, m/s².
     pub accel_m_s2: f64,
     /// Heaviest object that arrives in the simulation, kg; none if even 5 g fall.
-    pub twin_kg: Option<f64>,
+    pub simulated_kg: Option<f64>,
     /// What the finger model's statics predict for the lift, kg; none where it finds no equilibrium.
     pub static_kg: Option<f64>,
 }
 
 /// Limits at several accelerations, found side by side; `done` is called after each.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn limits(
     setup: &Setup,
     accels_m_s2: &[f64],
@@ -38,11 +41,11 @@ pub fn limits(
     accels_m_s2
         .par_iter()
         .map(|&accel_m_s2| {
-            let twin_kg = heaviest(setup, accel_m_s2)?;
+            let simulated_kg = heaviest(setup, accel_m_s2)?;
             done();
             Ok(Limit {
                 accel_m_s2,
-                twin_kg,
+                simulated_kg,
                 static_kg: lift_n.map(|lift| lift / (GRAVITY_M_S2 + accel_m_s2)),
             })
         })
@@ -90,7 +93,7 @@ fn heaviest(setup: &Setup, accel_m_s2: f64) -> anyhow::Result<Option<f64>> {
     Ok(Some(light))
 }
 
-/// For a program.
+/// The limits as JSON, with the setup they hold for.
 pub fn json(setup: &Setup, limits: &[Limit]) -> Value {
     json!({
         "object": setup.scenario.object,
@@ -98,7 +101,7 @@ pub fn json(setup: &Setup, limits: &[Limit]) -> Value {
         "friction": setup.scenario.friction,
         "limits": limits.iter().map(|limit| json!({
             "accel_m_s2": limit.accel_m_s2,
-            "mass_kg": limit.twin_kg.map(|kg| round(kg, 4)),
+            "mass_kg": limit.simulated_kg.map(|kg| round(kg, 4)),
             "static_mass_kg": limit.static_kg.map(|kg| round(kg, 4)),
         })).collect::<Vec<_>>(),
     })
@@ -116,7 +119,9 @@ pub fn series(limits: &[Limit]) -> [Series; 2] {
             .collect(),
     };
     [
-        line("twin, whole cycle", Look::Line, 0, |limit| limit.twin_kg),
+        line("simulation, whole cycle", Look::Line, 0, |limit| {
+            limit.simulated_kg
+        }),
         line(
             "statics of the finger model, lift",
             Look::Dashed,
@@ -126,7 +131,10 @@ pub fn series(limits: &[Limit]) -> [Series; 2] {
     ]
 }
 
-/// The design chart.
+/// Mass limit over the arm's acceleration as an SVG chart.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn chart(setup: &Setup, limits: &[Limit]) -> anyhow::Result<String> {
     let series = series(limits);
     let most = series

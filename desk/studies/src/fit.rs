@@ -1,9 +1,10 @@
-//! `softgrip fit`: a recipe that bends as a finger did on the bench.
+//! Fit of a recipe to measurements of a free finger.
 //!
-//! A free finger's tip angle over pressure is a smooth curve with a height and a slope: it cannot tell
-//! seven dimensions and constants. So the few that it can tell are chosen by a rule ([`identify`]) and
-//! fitted, and the rest stay as the recipe has them.
+//! The tip angle of a free finger over pressure is a smooth curve with a height and a slope: it cannot
+//! identify seven dimensions and constants. A rule ([`identify`]) chooses the few parameters that the data
+//! can identify; these are fitted, and the others stay as in the recipe.
 
+mod change;
 pub mod data;
 pub mod identify;
 pub mod parameter;
@@ -18,37 +19,27 @@ use finger::recipe::{self, Recipe};
 use nalgebra::DMatrix;
 use toml_edit::DocumentMut;
 
+pub use change::Change;
 use data::{Hysteresis, Measurements, Noise, Point};
 use identify::Identified;
 use parameter::Parameter;
 use problem::Problem;
 
-/// What to fit to, and what is known.
+/// Input of a fit.
 pub struct Request<'a> {
-    /// The measurements' file.
+    /// CSV file with the measurements.
     pub measured: &'a Path,
     /// The recipe to start from, for messages.
     pub recipe: &'a Path,
-    /// Its text.
+    /// Text of the recipe, TOML.
     pub text: &'a str,
-    /// How good the measurements are.
+    /// Standard deviations of the measurements.
     pub noise: Noise,
-    /// What is not to be changed.
+    /// Parameters that must not change, because they were measured.
     pub known: &'a [Parameter],
 }
 
-/// A parameter that has been fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change {
-    /// Which.
-    pub parameter: Parameter,
-    /// By how many of its steps.
-    pub steps: f64,
-    /// Standard deviation if the other parameters are as the recipe has them, in steps.
-    pub deviation: f64,
-}
-
-/// A fit and what it is worth.
+/// A fitted recipe with its uncertainties.
 pub struct Fit {
     measured: String,
     points: Vec<Point>,
@@ -64,10 +55,12 @@ pub struct Fit {
 
 impl Fit {
     /// Fits a geometry recipe to measurements.
+    ///
+    /// # Errors
+    /// If the recipe is not of kind "geometry", a measurement is refused (by its line), no parameter can be
+    /// identified, or the model has no solution for a changed recipe.
     pub fn new(request: &Request) -> anyhow::Result<Self> {
-        let Request {
-            noise, known, text, ..
-        } = *request;
+        let Request { noise, text, .. } = *request;
         let start = recipe::parse(request.recipe, text)?;
         if start.geometry.is_none() {
             bail!(
@@ -87,51 +80,14 @@ impl Fit {
             noise,
             recipe: &document,
         };
-        let mut parameters = Parameter::ALL.to_vec();
-        parameters.retain(|parameter| parameter.is_in(&document));
-        let unchanged = vec![0.0; parameters.len()];
-        let jacobian = problem
-            .residuals(&parameters, &unchanged)
-            .and_then(|here| problem.jacobian(&parameters, &unchanged, &here))
-            .with_context(|| format!("{}", request.recipe.display()))?;
-        let percent = change_percent(&jacobian, &points, noise, &start);
-        let identified = identify::identify(&parameters, known, &jacobian, &percent);
-        let chosen = identified.fitted();
-        if chosen.is_empty() {
-            bail!(
-                "{}: nothing can be fitted: no parameter that is not known moves these values by {} times their \
-                 noise; measure at higher pressures or with less noise",
-                request.measured.display(),
-                identify::DISTINCT
-            );
-        }
-        let near = |error: anyhow::Error| error.context(format!("{}", request.measured.display()));
-        // To the thousandth of a step, so that the recipe does not pretend to more.
-        let steps: Vec<f64> = problem
-            .solve(&chosen)
-            .map_err(near)?
-            .iter()
-            .map(|steps| report::json::round(*steps, 3))
-            .collect();
-        let jacobian = problem
-            .residuals(&chosen, &steps)
-            .and_then(|here| problem.jacobian(&chosen, &steps, &here))
-            .map_err(near)?;
-        let covariance = (jacobian.transpose() * &jacobian).try_inverse();
-        let changes: Vec<Change> = (0..chosen.len())
-            .map(|i| Change {
-                parameter: chosen[i],
-                steps: steps[i],
-                deviation: covariance
-                    .as_ref()
-                    .map_or(f64::INFINITY, |c| c[(i, i)].sqrt()),
-            })
-            .collect();
+        let identified = identify_parameters(request, &problem, &start)?;
+        let (chosen, steps, changes) = fit_parameters(&problem, &identified)
+            .with_context(|| format!("{}", request.measured.display()))?;
         let measured = match request.measured.file_name() {
             Some(name) => name.to_string_lossy().into_owned(),
             None => request.measured.display().to_string(),
         };
-        let toml = text::recipe(
+        let toml = change::recipe(
             problem.changed(&chosen, &steps),
             &measured,
             &start.name,
@@ -157,22 +113,22 @@ impl Fit {
         &self.toml
     }
 
-    /// The fitted recipe.
+    /// The fitted recipe, parsed.
     pub fn fitted(&self) -> &Recipe {
         &self.fitted
     }
 
-    /// What was understood of the measurements that is not plain.
+    /// Assumptions made while reading the measurements, for the user.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// What was changed.
+    /// The fitted parameters with their changes.
     pub fn changes(&self) -> &[Change] {
         &self.changes
     }
 
-    /// What the measurements can tell.
+    /// Identifiability of all parameters.
     pub fn identified(&self) -> &Identified {
         &self.identified
     }
@@ -185,6 +141,60 @@ impl Fit {
         });
         (squares.sum::<f64>() / self.points.len() as f64).sqrt()
     }
+}
+
+/// Chooses the parameters that the measurements can identify, by the sensitivity of the unchanged recipe.
+fn identify_parameters(
+    request: &Request,
+    problem: &Problem,
+    start: &Recipe,
+) -> anyhow::Result<Identified> {
+    let mut parameters = Parameter::ALL.to_vec();
+    parameters.retain(|parameter| parameter.is_in(problem.recipe));
+    let unchanged = vec![0.0; parameters.len()];
+    let jacobian = problem
+        .residuals(&parameters, &unchanged)
+        .and_then(|here| problem.jacobian(&parameters, &unchanged, &here))
+        .with_context(|| format!("{}", request.recipe.display()))?;
+    let percent = change_percent(&jacobian, problem.points, problem.noise, start);
+    let identified = identify::identify(&parameters, request.known, &jacobian, &percent);
+    if identified.fitted().is_empty() {
+        bail!(
+            "{}: nothing can be fitted: no parameter that is not known moves these values by {} times their \
+             noise; measure at higher pressures or with less noise",
+            request.measured.display(),
+            identify::DISTINCT
+        );
+    }
+    Ok(identified)
+}
+
+/// The chosen parameters, their steps, and their changes with standard deviations.
+fn fit_parameters(
+    problem: &Problem,
+    identified: &Identified,
+) -> anyhow::Result<(Vec<Parameter>, Vec<f64>, Vec<Change>)> {
+    let chosen = identified.fitted();
+    // To the thousandth of a step, so that the recipe does not pretend to more.
+    let steps: Vec<f64> = problem
+        .solve(&chosen)?
+        .iter()
+        .map(|steps| report::json::round(*steps, 3))
+        .collect();
+    let jacobian = problem
+        .residuals(&chosen, &steps)
+        .and_then(|here| problem.jacobian(&chosen, &steps, &here))?;
+    let covariance = (jacobian.transpose() * &jacobian).try_inverse();
+    let changes = (0..chosen.len())
+        .map(|i| Change {
+            parameter: chosen[i],
+            steps: steps[i],
+            deviation: covariance
+                .as_ref()
+                .map_or(f64::INFINITY, |c| c[(i, i)].sqrt()),
+        })
+        .collect();
+    Ok((chosen, steps, changes))
 }
 
 /// Mean change of the modelled values per step of each parameter, %.

@@ -1,5 +1,5 @@
-//! Where on the finger should the gauge sit? The same randomised grasps, seen by gauges over every stretch of
-//! the finger.
+//! The best position of the gauge on the finger: gauges over every span of the finger, compared on the same
+//! random grasps.
 
 pub mod chart;
 pub mod judge;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
 
-use judge::{Floor, Seen, Span, judge, quantile};
+use judge::{Floor, ObjectResult, Span, judge, quantile};
 use record::{Grasps, HELD_ACCELS_M_S2, Wanted, grasps};
 
 /// Spans begin and end on multiples of this, m.
@@ -22,20 +22,20 @@ const GRID_M: f64 = 0.005;
 const SHORTEST_M: f64 = 0.015;
 /// A place that is so much worse than the best one is as good, as a share.
 const AS_GOOD: f64 = 0.05;
-/// The objects, in the order of [`Judged::seen`].
+/// The objects, in the order of [`SpanResult::seen`].
 pub const OBJECTS: [ObjectKind; 2] = [ObjectKind::Sphere, ObjectKind::Cylinder];
 
-/// A span and what it sees.
+/// A span with its results.
 #[derive(Debug, Clone)]
-pub struct Judged {
-    /// Where.
+pub struct SpanResult {
+    /// Position of the gauge.
     pub span: Span,
-    /// What it sees of each of [`OBJECTS`].
-    pub seen: [Seen; 2],
+    /// Results for each of [`OBJECTS`].
+    pub seen: [ObjectResult; 2],
 }
 
-impl Judged {
-    /// Whether no loss escapes it.
+impl SpanResult {
+    /// Whether it detects every loss.
     fn misses_nothing(&self) -> bool {
         let ms = self.seen.iter().flat_map(|seen| &seen.loss_ms);
         ms.into_iter().all(|ms| ms.is_finite())
@@ -46,28 +46,31 @@ impl Judged {
     }
 }
 
-/// Every span, and the recipe's.
-pub struct Study {
-    /// Of the grasps.
+/// Results of all spans and of the one in the recipe.
+pub struct GaugeStudy {
+    /// Seed of the random grasps.
     pub seed: u64,
-    /// What a slip must exceed.
+    /// Disturbances that a slip must exceed.
     pub floor: Floor,
     /// Grasps of each object.
     pub wanted: Wanted,
     /// Stretches of the finger, by their start and then by their end.
-    pub spans: Vec<Judged>,
-    /// The place in the recipe.
-    pub recipe: Judged,
+    pub spans: Vec<SpanResult>,
+    /// The span in the recipe.
+    pub recipe: SpanResult,
 }
 
 /// Runs the grasps of each object once and judges every span by them. `done` is called after each grasp.
+///
+/// # Errors
+/// If too few random grasps are lost or held as wanted.
 pub fn study(
     setup: &Setup,
     seed: u64,
     floor: Floor,
     wanted: Wanted,
     done: impl Fn() + Sync,
-) -> anyhow::Result<Study> {
+) -> anyhow::Result<GaugeStudy> {
     let mut all: Vec<Grasps> = Vec::new();
     for object in OBJECTS {
         let mut setup = setup.clone();
@@ -75,16 +78,16 @@ pub fn study(
         all.push(grasps(&setup, seed, wanted, &done)?);
     }
     let chain = &setup.chain;
-    let judged = |span| Judged {
+    let result = |span| SpanResult {
         span,
         seen: std::array::from_fn(|i| judge(span, chain, &all[i], floor)),
     };
-    Ok(Study {
+    Ok(GaugeStudy {
         seed,
         floor,
         wanted,
-        spans: spans(chain).into_iter().map(judged).collect(),
-        recipe: judged(Span {
+        spans: spans(chain).into_iter().map(result).collect(),
+        recipe: result(Span {
             from_m: chain.gauge.from_m,
             to_m: chain.gauge.to_m,
         }),
@@ -106,42 +109,42 @@ fn spans(chain: &Chain) -> Vec<Span> {
     (0..places).flat_map(from).collect()
 }
 
-impl Study {
+impl GaugeStudy {
     /// How much further, on the geometric mean of both objects, the object has slid in nine of ten losses when
     /// this span warns, than with the best span for each. Infinite for one that misses a loss.
-    fn cost(&self, judged: &Judged) -> f64 {
-        if !judged.misses_nothing() {
+    fn cost(&self, result: &SpanResult) -> f64 {
+        if !result.misses_nothing() {
             return f64::INFINITY;
         }
         let least = |i: usize| {
-            let slips = self.spans.iter().map(|judged| judged.slip_m()[i]);
+            let slips = self.spans.iter().map(|result| result.slip_m()[i]);
             slips.fold(f64::INFINITY, f64::min)
         };
-        let slip_m = judged.slip_m();
+        let slip_m = result.slip_m();
         (slip_m[0] / least(0) * slip_m[1] / least(1)).sqrt()
     }
 
     /// The span that warns earliest.
-    pub fn best(&self) -> &Judged {
+    pub fn best(&self) -> &SpanResult {
         let mut best = &self.recipe;
-        for judged in &self.spans {
-            if self.cost(judged) < self.cost(best) {
-                best = judged;
+        for result in &self.spans {
+            if self.cost(result) < self.cost(best) {
+                best = result;
             }
         }
         best
     }
 
-    /// What to do, in words.
+    /// The recommendation as text.
     pub fn recommendation(&self) -> String {
         let best = self.best();
         let limit = (1.0 + AS_GOOD) * self.cost(best);
         let good = self
             .spans
             .iter()
-            .filter(|judged| self.cost(judged) <= limit);
-        let ends = good.filter(|judged| judged.span.from_m == 0.0);
-        let ends: Vec<_> = ends.map(|judged| 1e3 * judged.span.to_m).collect();
+            .filter(|result| self.cost(result) <= limit);
+        let ends = good.filter(|result| result.span.from_m == 0.0);
+        let ends: Vec<_> = ends.map(|result| 1e3 * result.span.to_m).collect();
         let as_good = match (ends.first(), ends.last()) {
             (Some(first), Some(last)) => format!(
                 "From the clamp any end between {first:.0} and {last:.0} mm is within {:.0} % of that.",
@@ -171,7 +174,7 @@ impl Study {
         )
     }
 
-    /// A few of the spans, and what to do.
+    /// Selected spans and the recommendation, as text.
     pub fn text(&self) -> String {
         let mut out = format!(
             "{} losses and {} held grasps of each object, seed {}, {} µε of noise, {} % of drift\n\n",
@@ -187,16 +190,16 @@ impl Study {
             let on = |m: f64| ((1e3 * m).round() as usize).is_multiple_of(15);
             on(span.from_m) && on(span.to_m)
         };
-        let rows = self.spans.iter().filter(|judged| coarse(judged.span));
+        let rows = self.spans.iter().filter(|result| coarse(result.span));
         let named = [("recipe", &self.recipe), ("best", self.best())];
-        let rows = named.into_iter().chain(rows.map(|judged| ("", judged)));
-        for (name, judged) in rows {
-            for (object, seen) in OBJECTS.iter().zip(&judged.seen) {
+        let rows = named.into_iter().chain(rows.map(|result| ("", result)));
+        for (name, result) in rows {
+            for (object, seen) in OBJECTS.iter().zip(&result.seen) {
                 // Writing to a String cannot fail.
                 let _ = writeln!(
                     out,
                     "{:<9} {name:<6} {object:<8} {:>5.1} {:>7.1} {:>8.1} {:>5} {:>7} {:>7.0} % {:>7.1} {:>7}",
-                    place(judged.span),
+                    place(result.span),
                     1e2 * seen.held[0],
                     1e2 * seen.held[1],
                     1e2 * seen.threshold,
@@ -212,7 +215,7 @@ impl Study {
         out
     }
 
-    /// For a program. What never happens is null.
+    /// The study as JSON; what never happens is null.
     pub fn json(&self) -> Value {
         json!({
             "seed": self.seed,
@@ -228,8 +231,8 @@ impl Study {
     }
 }
 
-fn json(judged: &Judged) -> Value {
-    let seen = |seen: &Seen| {
+fn json(result: &SpanResult) -> Value {
+    let seen = |seen: &ObjectResult| {
         let finite = |x: f64, decimals| x.is_finite().then(|| round(x, decimals));
         let both = |sorted: &[f64], scale: f64| {
             json!({
@@ -250,10 +253,10 @@ fn json(judged: &Judged) -> Value {
         })
     };
     json!({
-        "from_mm": round(1e3 * judged.span.from_m, 3),
-        "to_mm": round(1e3 * judged.span.to_m, 3),
-        "sphere": seen(&judged.seen[0]),
-        "cylinder": seen(&judged.seen[1]),
+        "from_mm": round(1e3 * result.span.from_m, 3),
+        "to_mm": round(1e3 * result.span.to_m, 3),
+        "sphere": seen(&result.seen[0]),
+        "cylinder": seen(&result.seen[1]),
     })
 }
 

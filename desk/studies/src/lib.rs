@@ -1,6 +1,6 @@
-//! What is asked of a finger or of the simulated gripper: the paper's runs, what it can hold, where its
-//! gauge should sit, sweeps, and a finger's fit, table and section; how well the detector does is
-//! `evaluate`'s, and no command line may be in it.
+//! Studies of a finger or of the simulated gripper: the paper's experiments, capability, gauge position,
+//! sweeps; fit, table and section of a finger. The performance of the detector belongs to
+//! `softgrip-evaluate`, command lines to `softgrip-cli`.
 #![forbid(unsafe_code)]
 
 pub mod paper;

@@ -5,6 +5,9 @@ use sim::run::Outcome;
 use sim::scenario::ObjectKind;
 
 /// The paper's own finger.
+///
+/// # Errors
+/// If `recipes/paper.toml` is not valid.
 pub fn recipe() -> anyhow::Result<Recipe> {
     let name = std::path::Path::new("recipes/paper.toml");
     Ok(finger::recipe::parse(
@@ -16,10 +19,10 @@ pub fn recipe() -> anyhow::Result<Recipe> {
 /// Accelerations of the arm, m/s².
 pub const ACCELERATIONS: [f64; 3] = [2.0, 5.0, 10.0];
 
-/// What the paper says about a run.
+/// The outcome of a run as the paper states it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stated {
-    /// The object arrives.
+    /// The object arrives at its destination.
     Hold,
     /// It falls while being picked.
     Pick,
@@ -27,12 +30,12 @@ pub enum Stated {
     Transfer,
     /// It falls; when is not said.
     Fall,
-    /// Nothing.
+    /// The paper says nothing.
     Unstated,
 }
 
 impl Stated {
-    /// The word for it.
+    /// Name in tables and JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
@@ -43,7 +46,7 @@ impl Stated {
         }
     }
 
-    /// Whether the physics did that, if anything is stated.
+    /// Whether a simulated outcome agrees; none if the paper states nothing.
     pub fn agrees(self, outcome: Outcome) -> Option<bool> {
         match self {
             Self::Unstated => None,
@@ -57,9 +60,9 @@ impl Stated {
 
 /// An object of the paper, with the figures that show it and what the text says about them.
 pub struct Experiment {
-    /// Kind of object.
+    /// Shape of the object.
     pub object: ObjectKind,
-    /// Its mass, kg.
+    /// Mass of the object, kg.
     pub mass_kg: f64,
     /// Figure with the object's displacement, and figure with the gauges' strain.
     pub figures: [u8; 2],

@@ -1,4 +1,4 @@
-//! `softgrip section`: one section's dimensions, and how it bends under pressure.
+//! One cross-section: its dimensions, and how it bends and stretches under pressure.
 
 use std::fmt::Write;
 
@@ -29,8 +29,8 @@ const MESHES: [MeshSize; 4] = [
     },
 ];
 
-/// A section, solved.
-pub struct Report {
+/// A section inflated to one or more pressures.
+pub struct SectionReport {
     section: Section,
     rubber: Rubber,
     states: Vec<Inflated>,
@@ -38,9 +38,12 @@ pub struct Report {
     study: Vec<(MeshSize, Inflated)>,
 }
 
-impl Report {
+impl SectionReport {
     /// Inflates a section to pressures in any order, kPa, at least one. `constants` is what the user calls
     /// those of the rubber.
+    ///
+    /// # Errors
+    /// If there is no pressure, the section is impossible, or it has no stable state at a pressure.
     pub fn new(
         section: Section,
         rubber: Rubber,
@@ -74,7 +77,7 @@ impl Report {
         })
     }
 
-    /// For a person.
+    /// The results as plain text.
     pub fn text(&self) -> String {
         let mut out = String::new();
         let [area, centroid, moment] = self.properties();
@@ -115,7 +118,7 @@ impl Report {
         out
     }
 
-    /// For a program.
+    /// The results as JSON.
     pub fn json(&self) -> Value {
         let [area, centroid, moment] = self.properties();
         let state = |state: &Inflated| {

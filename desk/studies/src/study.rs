@@ -1,5 +1,4 @@
-//! The paper's programme of experiments on the simulated gripper, and how much of the outcomes depends on
-//! a millimetre.
+//! The paper's experiments on the simulated gripper, and the sensitivity of their outcomes.
 
 pub mod figures;
 pub mod page;
@@ -16,13 +15,13 @@ use crate::paper::{ACCELERATIONS, EXPERIMENTS, Experiment, Stated};
 /// Pressure of every grasp (paper, section 4.2), kPa.
 const PRESSURE_KPA: f64 = 140.0;
 
-/// A run of the programme beside what the paper says about it.
+/// A simulated run with what the paper says about it.
 pub struct Case {
-    /// The run.
+    /// The simulated run.
     pub run: Run,
-    /// What the paper says.
+    /// The outcome that the paper states.
     pub stated: Stated,
-    /// About which object.
+    /// The experiment it belongs to.
     pub experiment: &'static Experiment,
 }
 
@@ -62,6 +61,9 @@ fn setups(base: &Setup) -> Vec<(&'static Experiment, Stated, Setup)> {
 }
 
 /// Runs the programme in parallel; the result does not depend on how many threads there are.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn run(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Case>> {
     let setups = setups(&Setup::of(recipe)?);
     setups
@@ -81,7 +83,7 @@ pub fn run(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Case>>
 /// A change to every run of the programme.
 struct Variation {
     name: &'static str,
-    /// Whether it is about the gripper; otherwise about the simulation.
+    /// Whether it changes the gripper; otherwise it changes the simulation.
     physical: bool,
     apply: fn(&mut Setup),
 }
@@ -121,15 +123,15 @@ const VARIATIONS: [Variation; 13] = [
     numerical("step 2 ms", |s| s.gripper.world.step_ms = 2.0),
 ];
 
-/// The programme under one change.
+/// The twelve runs under one change.
 pub struct Varied {
-    /// What was changed.
+    /// Name of the change.
     pub name: &'static str,
-    /// Whether it is about the gripper; otherwise about the simulation.
+    /// Whether it changes the gripper; otherwise it changes the simulation.
     pub physical: bool,
     /// Outcomes, in the order of the programme.
     pub outcomes: Vec<Outcome>,
-    /// What the controller got wrong, in the same order.
+    /// The controller's mistakes, in the same order; none if it made none.
     pub mistakes: Vec<Option<String>>,
 }
 
@@ -138,6 +140,9 @@ pub const SENSITIVITY_RUNS: u64 =
     (VARIATIONS.len() * EXPERIMENTS.len() * ACCELERATIONS.len()) as u64;
 
 /// The programme again and again, each time with one change.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn sensitivity(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Varied>> {
     let base = setups(&Setup::of(recipe)?);
     let runs: Vec<(Outcome, Option<String>)> = VARIATIONS
@@ -170,9 +175,9 @@ pub fn robust(cases: &[Case], varied: &[Varied], case: usize) -> bool {
 
 /// One parameter of an edge case over a range.
 pub struct Band {
-    /// What is varied.
+    /// Name of the parameter, with its unit.
     pub name: &'static str,
-    /// Its values.
+    /// Values of the parameter.
     pub values: Vec<f64>,
     /// The outcome at each.
     pub outcomes: Vec<Outcome>,
@@ -189,6 +194,9 @@ const SCANS: [Scan; 4] = [
 ];
 
 /// The outcomes of case number `case` over ranges of four parameters.
+///
+/// # Errors
+/// If a setup is impossible.
 pub fn bands(recipe: &Recipe, case: usize) -> anyhow::Result<Vec<Band>> {
     let (_, _, base) = &setups(&Setup::of(recipe)?)[case];
     SCANS
@@ -211,7 +219,7 @@ pub fn bands(recipe: &Recipe, case: usize) -> anyhow::Result<Vec<Band>> {
         .collect()
 }
 
-/// What the sensitivity says, for a program.
+/// The sensitivity study as JSON.
 pub fn sensitivity_json(cases: &[Case], varied: &[Varied]) -> Value {
     let name = |outcomes: &[Outcome]| -> Vec<_> { outcomes.iter().map(|o| o.name()).collect() };
     let outcomes: Vec<Outcome> = cases.iter().map(|case| case.run.outcome).collect();

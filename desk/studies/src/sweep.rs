@@ -1,8 +1,8 @@
-//! Many runs over any parameters of the simulated gripper: a grid, or a random sample.
+//! Runs over a grid or a random sample of any parameters of the simulated gripper.
 //!
-//! A sweep's directory holds `sweep.json`, which says what is swept, and `results.csv`, which grows in
-//! the order of the runs. So whatever is in it when a sweep is killed is finished, and a sweep that is
-//! started again goes on where it ended. Once all runs are there, `results.parquet` says the same.
+//! The directory of a sweep contains `sweep.json`, its specification, and `results.csv`, which grows in the
+//! order of the runs. A sweep that was interrupted continues where it ended. When all runs are done,
+//! `results.parquet` contains the same rows.
 
 pub mod columns;
 pub mod parquet;
@@ -50,7 +50,10 @@ fn setup_of(base: &Setup, spec: &Spec, number: u64) -> anyhow::Result<Setup> {
     Ok(setup)
 }
 
-/// Refuses a spec of which any run of the shard is impossible, before the first.
+/// Checks every run of the shard before the first one starts.
+///
+/// # Errors
+/// If a run is impossible; the message names it and says what would be possible.
 pub fn check(base: &Setup, spec: &Spec, shard: Shard) -> anyhow::Result<()> {
     (0..shard.len(spec.runs))
         .into_par_iter()
@@ -58,6 +61,9 @@ pub fn check(base: &Setup, spec: &Spec, shard: Shard) -> anyhow::Result<()> {
 }
 
 /// Runs what is missing in `results`, in parallel; `progress` is told the number of finished runs.
+///
+/// # Errors
+/// If a run is impossible or the results cannot be written.
 pub fn run(
     base: &Setup,
     spec: &Spec,

@@ -1,4 +1,4 @@
-//! A finger's table beside the published numbers: `softgrip table`.
+//! The table of a finger, compared with the published numbers.
 
 mod plots;
 mod text;
@@ -10,10 +10,10 @@ use finger::chain::{Chain, LINKS};
 use finger::geometry::Geometry;
 use finger::model::{ModelError, Solved};
 use finger::recipe::Recipe;
-use finger::table::Table;
 use serde_json::{Value, json};
 
 use report::json::round;
+use softgrip::table::FingerTable;
 
 use crate::paper;
 
@@ -22,16 +22,16 @@ const PUBLISHED_KPA: [f64; 6] = [60.0, 80.0, 100.0, 120.0, 140.0, 160.0];
 
 /// Change of the tip angle when one thing about the finger changes.
 struct Sensitivity {
-    /// What changes.
+    /// Description of the change.
     change: &'static str,
     /// Change of the tip angle at each of the pressures, percent; none where a section has no stable state.
     tip_angle_percent: Option<Vec<f64>>,
 }
 
 /// A finger, its table, and the paper's finger to compare with.
-pub struct Report {
+pub struct TableReport {
     recipe: Recipe,
-    table: Table,
+    table: FingerTable,
     /// Time to get from the recipe's text to the table, s.
     generation_s: f64,
     published: Chain,
@@ -41,16 +41,19 @@ pub struct Report {
     sensitivity: Vec<Sensitivity>,
 }
 
-impl Report {
+impl TableReport {
     /// Tabulates the recipe that `load` reads. Pressures that are not asked for are the published ones, or
     /// the highest of a finger that ends below them.
+    ///
+    /// # Errors
+    /// If the recipe cannot be read or tabulated, or a pressure is beyond it.
     pub fn new(
         load: impl FnOnce() -> anyhow::Result<Recipe>,
         pressures_kpa: &[f64],
     ) -> anyhow::Result<Self> {
         let start = Instant::now();
         let recipe = load()?;
-        let table = Table::of(&recipe)?;
+        let table = finger::table::of(&recipe)?;
         let generation_s = start.elapsed().as_secs_f64();
 
         let max = recipe.chain.max_pressure_kpa();
@@ -84,7 +87,7 @@ impl Report {
         })
     }
 
-    /// For a program. Lists run over pressures, inner lists over joints or places.
+    /// The report as JSON. Lists run over pressures, inner lists over joints or positions.
     pub fn json(&self) -> Value {
         let (table, chain) = (&self.table, &self.recipe.chain);
         let asked = &self.pressures_kpa;
@@ -101,7 +104,7 @@ impl Report {
             "generation_s": round(self.generation_s, 3),
             "max_pressure_kpa": table.max_pressure_kpa,
             "rows": table.rows.len(),
-            "bytes": size_of::<softgrip::table::FingerTable>(),
+            "bytes": size_of::<FingerTable>(),
             "interpolation_error_percent": number(table.error_bound_percent.into()),
             "lift_error_percent": number(table.lift_error_percent.into()),
             "link_mass_g": masses(chain).map(number),
@@ -192,7 +195,7 @@ fn published_up_to(max_kpa: f64) -> Vec<f64> {
     }
 }
 
-/// How much 0.1 mm and 10 % matter.
+/// Sensitivity of the tip angle to 0.1 mm and 10 %.
 fn sensitivity(geometry: &Geometry, pressures_kpa: &[f64]) -> anyhow::Result<Vec<Sensitivity>> {
     type Change = fn(&mut Geometry);
     const TENTH_M: f64 = 1e-4;

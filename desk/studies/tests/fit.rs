@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use finger::chain::Chain;
 use finger::geometry::Description;
 use studies::fit::data::{self, Measurements, Noise, Quantity};
-use studies::fit::identify::Verdict;
+use studies::fit::identify::Selection;
 use studies::fit::parameter::Parameter;
 use studies::fit::{Fit, Request};
 use tempfile::TempDir;
@@ -158,17 +158,17 @@ fn no_more_is_fitted_than_the_points_can_tell() {
     let csv = |kpa: &[f64]| measure(&truth, kpa, &[TipAngle], noise, &[0.0; 3]);
     let all = fit(&csv(&FITTED_KPA), noise, &[]).expect("fits");
     assert_eq!(all.changes().len(), 2);
-    let verdict = |fit: &Fit, parameter| {
+    let selection = |fit: &Fit, parameter| {
         let candidates = &fit.identified().candidates;
         let found = candidates.iter().find(|c| c.parameter == parameter);
-        found.expect("a candidate").verdict
+        found.expect("a candidate").selection
     };
-    assert_eq!(verdict(&all, Parameter::BoreOffset), Verdict::Fitted);
-    assert_eq!(verdict(&all, Parameter::OuterRadius), Verdict::Alike);
-    assert_eq!(verdict(&all, Parameter::GaugeDistance), Verdict::Weak);
+    assert_eq!(selection(&all, Parameter::BoreOffset), Selection::Fitted);
+    assert_eq!(selection(&all, Parameter::OuterRadius), Selection::Alike);
+    assert_eq!(selection(&all, Parameter::GaugeDistance), Selection::Weak);
     let two = fit(&csv(&[80.0, 160.0]), noise, &[]).expect("fits");
     assert_eq!(two.changes().len(), 1);
-    assert_eq!(verdict(&two, Parameter::Stiffness), Verdict::Spare);
+    assert_eq!(selection(&two, Parameter::Stiffness), Selection::Spare);
     let one = fit(&csv(&[120.0]), noise, &[]).expect("fits");
     assert_eq!(one.changes().len(), 1);
     assert!(one.text().contains("nothing checks the fit"));

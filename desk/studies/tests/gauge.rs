@@ -26,7 +26,7 @@ fn record(joint: usize, speed_mm: f64, share: impl Fn(usize) -> f64) -> Record {
     }
 }
 
-fn seen(share: impl Fn(usize) -> f64, noise_ue: f64) -> studies::gauge::judge::Seen {
+fn seen(share: impl Fn(usize) -> f64, noise_ue: f64) -> studies::gauge::judge::ObjectResult {
     let held = |sway: f64| {
         let swings = move |tick: usize| 1.0 + sway * (tick.saturating_sub(200) as f64 / 10.0).sin();
         vec![record(0, 0.0, swings)]

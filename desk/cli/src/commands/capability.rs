@@ -1,4 +1,4 @@
-//! `softgrip capability`: the heaviest object against the arm's acceleration.
+//! `softgrip capability`: the heaviest object that arrives, over the arm's acceleration.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,7 +14,7 @@ use super::{Output, in_parallel, load_recipe, object, progress_bar, within};
 
 #[derive(Args)]
 pub struct CapabilityArgs {
-    /// What is picked up.
+    /// Object that is picked up.
     #[arg(long, default_value = "sphere", value_parser = object())]
     object: ObjectKind,
     /// Pressure of the grip [default: 140, or 7/8 of where the recipe ends].
@@ -62,12 +62,12 @@ pub fn run(args: &CapabilityArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let grams = |kg: Option<f64>| kg.map_or("none".into(), |kg| format!("{:.0} g", 1e3 * kg));
-    outln!("  m/s²  twin, whole cycle  statics, lift");
+    outln!("  m/s²  sim., whole cycle  statics, lift");
     for limit in &limits {
         outln!(
             "{:6}  {:>17}  {:>13}",
             limit.accel_m_s2,
-            grams(limit.twin_kg),
+            grams(limit.simulated_kg),
             grams(limit.static_kg)
         );
     }

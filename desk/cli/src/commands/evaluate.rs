@@ -1,4 +1,4 @@
-//! `softgrip evaluate`: latency and false alarms, the numbers that are published.
+//! `softgrip evaluate`: detection latency and false-alarm rate.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use clap::Args;
 use evaluate::case::KNOWLEDGE;
 use evaluate::options::Options;
 use evaluate::summary::Summary;
-use evaluate::{alarms, evaluation, latency, limits, output, tables, words};
+use evaluate::{alarms, details, evaluation, latency, limits, output, tables};
 use report::files;
 use sim::setup::Setup;
 
@@ -17,23 +17,23 @@ use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
 pub struct EvaluateArgs {
-    /// Hours of simulated holding and moving at each level of noise; a tenth of that at the highest.
+    /// Hours of simulated operation without a loss at each level of noise; a tenth of that at the highest.
     #[arg(long, value_name = "H", default_value = "100", allow_negative_numbers = true, value_parser = within(0.0, 10_000.0))]
     hours: f64,
-    /// True losses to be found, for calibrated fingers and for uncalibrated ones.
+    /// Number of true losses, for calibrated and for uncalibrated fingers each.
     #[arg(long, value_name = "N", default_value = "500")]
     losses: usize,
     /// Seed of everything that is random. The detector was tuned on seeds below 1000.
     #[arg(long, value_name = "N", default_value = "1000000")]
     seed: u64,
-    /// Directory where simulated losses are kept and found again: after a change of the detector alone
-    /// nothing needs to be simulated twice.
+    /// Directory for simulated losses, which are reused: after a change of the detector alone nothing is
+    /// simulated again.
     #[arg(long, value_name = "DIR")]
     recordings: Option<PathBuf>,
-    /// So many of the slowest reports at each level of noise, in detail.
+    /// Number of slowest reports to print in detail, at each level of noise.
     #[arg(long, value_name = "N", default_value = "0")]
     slowest: usize,
-    /// Only this run of the losses, with every detail.
+    /// Only this run of the losses, in detail.
     #[arg(long, value_name = "INDEX")]
     only: Option<u64>,
     /// Only what held objects reach and what lost ones reach of everything that the detector has a limit for.
@@ -69,7 +69,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     if let Some(index) = args.only {
         for knowledge in KNOWLEDGE {
             for trial in latency::trials_of(&base, &options, knowledge, index)? {
-                outln!("{}", words::line(&trial));
+                outln!("{}", details::line(&trial));
             }
             if let Some(dir) = out {
                 let trace = latency::trace(&base, &options, knowledge, index, args.noise)?;
@@ -97,11 +97,11 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let trials = &evaluation.sample.trials;
-    out!("{}", words::wrong(trials));
+    out!("{}", details::wrong(trials));
     if args.slowest > 0 {
-        out!("{}", words::slowest(trials, args.slowest));
+        out!("{}", details::slowest(trials, args.slowest));
     }
-    out!("{}", words::alarms(&evaluation.tallies));
+    out!("{}", details::alarms(&evaluation.tallies));
     for table in tables::all(&summary) {
         outln!("{}", table.text());
     }
@@ -125,7 +125,7 @@ fn measure_limits(
     bar.finish_and_clear();
     let text = match args.output.json {
         true => serde_json::to_string(&measured)? + "\n",
-        false => words::limits(&measured),
+        false => details::limits(&measured),
     };
     if let Some(dir) = args.output.directory()? {
         files::write(

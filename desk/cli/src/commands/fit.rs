@@ -1,4 +1,4 @@
-//! `softgrip fit`: a recipe that bends as the finger on the bench.
+//! `softgrip fit`: fits a recipe to measurements of a free finger.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,10 +16,10 @@ use super::within;
 
 #[derive(Args)]
 pub struct FitArgs {
-    /// What was measured on a free finger: the columns pressure_kpa, and tip_angle_deg or strain_ue or both.
+    /// Measurements of a free finger (CSV): pressure_kpa with tip_angle_deg, strain_ue or both.
     ///
-    /// In any order, with repeats and empty cells; what was measured while unloading is told from the order, and
-    /// how far it lies from loading is printed. Separators, decimal commas and units are as for replay.
+    /// In any order, with repeats and empty cells; unloading is recognised by the order, and
+    /// its difference from loading is printed. Separators, decimal commas and units are as for replay.
     #[arg(long, value_name = "FILE")]
     measured: PathBuf,
     /// The geometry recipe to start from [default: recipes/rtv225.toml].
@@ -34,7 +34,7 @@ pub struct FitArgs {
     /// Parameters that are not to be changed, because they were measured, separated by commas.
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parameter)]
     known: Vec<Parameter>,
-    /// Where fitted.toml and fit.svg go.
+    /// Directory for fitted.toml and fit.svg.
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// Print JSON.

@@ -1,4 +1,4 @@
-//! `softgrip gauge`: where on the finger the gauge should sit.
+//! `softgrip gauge`: the best position of the gauge on the finger.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,7 +15,7 @@ use super::{Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
 pub struct GaugeArgs {
-    /// Losing grasps of each object; a fifth as many are held at 5 and at 10 m/s².
+    /// Number of lost grasps of each object; a fifth as many are held at 5 and at 10 m/s².
     #[arg(long, value_name = "N", default_value = "60", value_parser = clap::value_parser!(u16).range(5..=10_000))]
     runs: u16,
     /// Noise of the gauges, rms at the control tick.

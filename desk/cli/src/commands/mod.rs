@@ -22,7 +22,7 @@ use finger::recipe::{self, Recipe};
 use indicatif::{ProgressBar, ProgressStyle};
 use report::files;
 
-/// Where results go.
+/// The options `--out` and `--json` that commands share.
 #[derive(Args, Default)]
 struct Output {
     /// Directory for the files [default: out, or none with --json].

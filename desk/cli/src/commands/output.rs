@@ -1,4 +1,4 @@
-//! What the commands print. Whoever reads it may stop reading, as `head` does: that is no failure of the work.
+//! Printing of results. A reader that closes the pipe early, as `head` does, is not an error.
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write, stderr, stdout};

@@ -1,4 +1,4 @@
-//! `softgrip replay`: a recorded trace through the controller.
+//! `softgrip replay`: runs a recorded trace through the controller.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,27 +18,27 @@ pub struct ReplayArgs {
     /// The trace, with the columns t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa, at 100 Hz
     /// to 10 kHz.
     ///
-    /// Slower ones tell less; below 10 Hz they are refused. Columns may be separated by commas, semicolons, tabs
+    /// Slower traces are less certain; below 10 Hz they are refused. Columns may be separated by commas, semicolons, tabs
     /// or blanks, decimals by a comma; names may state other units, as in time_ms or pressure_bar, or a row below
-    /// them. A set-point that was read back with noise or logged as a ramp is taken for the commands behind it.
-    /// What is not plain is said on standard error.
+    /// them. A set-point that was read back with noise or logged as a ramp is converted to the commands behind it.
+    /// Assumptions are noted on standard error.
     trace: PathBuf,
     /// The finger that it was recorded with.
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// What the gauges see.
+    /// What the gauges measure.
     #[arg(long, value_enum, default_value = "bend")]
-    gauge: Gauge,
+    gauge: GaugeKind,
     /// Print one JSON object per event.
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Gauge {
-    /// Bending; contact takes some of it away.
+enum GaugeKind {
+    /// Bending of the finger, which contact reduces.
     Bend,
-    /// Contact alone.
+    /// Contact only; zero for a free finger.
     Contact,
 }
 
@@ -51,8 +51,8 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let trace = trace::read(&args.trace)?;
     let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
     let gauge_sense = match args.gauge {
-        Gauge::Bend => GaugeSense::Bend,
-        Gauge::Contact => GaugeSense::Contact,
+        GaugeKind::Bend => GaugeSense::Bend,
+        GaugeKind::Contact => GaugeSense::Contact,
     };
     let file = args.trace.display();
     let odd = trace::check(&trace, table, gauge_sense).with_context(|| format!("{file}"))?;

@@ -1,4 +1,4 @@
-//! `softgrip section`: one section under pressure.
+//! `softgrip section`: one cross-section under pressure.
 
 use std::process::ExitCode;
 
@@ -7,7 +7,7 @@ use clap::Args;
 use finger::hyperelastic::Rubber;
 use finger::material::Constants;
 use finger::section::Section;
-use studies::section::Report;
+use studies::section::SectionReport;
 
 use super::output::{out, outln};
 use super::within;
@@ -109,7 +109,7 @@ pub fn run(args: &SectionArgs) -> anyhow::Result<ExitCode> {
         flat_half_angle_rad: args.alpha.to_radians(),
     };
     let (rubber, constants) = args.rubber()?;
-    let report = Report::new(section, rubber, constants, &args.pressure, args.mesh_study)?;
+    let report = SectionReport::new(section, rubber, constants, &args.pressure, args.mesh_study)?;
     if args.json {
         outln!("{}", report.json());
     } else {

@@ -1,4 +1,4 @@
-//! `softgrip sim`: one pick-and-place run, or the two that show what this is about.
+//! `softgrip sim`: one pick-and-place run; without options, the two runs of the README.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,13 +18,13 @@ use super::{Output, load_recipe, object, within};
 
 #[derive(Args, Default)]
 pub struct SimArgs {
-    /// What to pick up.
+    /// Object to pick up.
     #[arg(long, value_parser = object())]
     object: Option<ObjectKind>,
-    /// Its mass.
+    /// Mass of the object.
     #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = within(0.001, 5.0))]
     mass: Option<f64>,
-    /// Greatest acceleration of the arm [default: 5, and then 10, if no other option says what to do].
+    /// Greatest acceleration of the arm [default: 5; without any other option 5 and then 10].
     #[arg(long, value_name = "M_S2", allow_negative_numbers = true, value_parser = within(0.1, 50.0))]
     accel: Option<f64>,
     /// Pressure of the grip [default: 140, or 7/8 of where the recipe ends].
@@ -92,7 +92,7 @@ fn fault_help() -> String {
     )
 }
 
-/// One scenario; without any word on what to do, the two that show what this is about.
+/// The scenario of the options; without any of them, the two of the README.
 fn scenarios(args: &SimArgs, default: Scenario) -> Vec<Scenario> {
     let scenario = Scenario {
         object: args.object.unwrap_or(default.object),

@@ -46,7 +46,7 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
         let bands = edges
             .map(|n| Ok((n, study::bands(&recipe, n)?)))
             .collect::<anyhow::Result<Vec<_>>>()?;
-        let page = page::report(&page::Study {
+        let page = page::report(&page::StudyPage {
             recipe: &recipe,
             cases: &cases,
             varied: &varied,
@@ -101,7 +101,7 @@ fn line(case: &Case) -> String {
         (Some(t), Some(ms)) => format!("lost at {t:.3} s, {}", words::latency(ms)),
     };
     format!(
-        "{:<32} paper: {:<9} twin: {:<9} {:<8} {said}",
+        "{:<32} paper: {:<9} simulated: {:<9} {:<8} {said}",
         words::title(&case.run.scenario),
         case.stated.name(),
         case.run.outcome.name(),

@@ -1,4 +1,4 @@
-//! `softgrip sweep`: many runs, and joining the parts of a sweep.
+//! `softgrip sweep`: runs a sweep or a part of it, and merges parts.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,7 +23,7 @@ pub struct SweepArgs {
     /// What to sweep (TOML): kind = "grid" or "random", `[vary]`, `[fixed]`.
     #[arg(required = true)]
     spec: Option<PathBuf>,
-    /// Where results.csv and results.parquet go. A sweep that was interrupted goes on there.
+    /// Directory for results.csv and results.parquet. An interrupted sweep continues there.
     #[arg(long, value_name = "DIR", default_value = "out/sweep")]
     out: PathBuf,
     /// Only the i-th of n parts; each goes into a directory of its own.
@@ -39,7 +39,7 @@ pub struct SweepArgs {
 
 #[derive(Subcommand)]
 enum Action {
-    /// Joins the parts of a sweep that was split with --shard.
+    /// Merges the parts of a sweep that was split with --shard.
     Merge(MergeArgs),
 }
 
@@ -48,7 +48,7 @@ struct MergeArgs {
     /// The directories of all parts, in any order.
     #[arg(required = true, value_name = "DIR")]
     parts: Vec<PathBuf>,
-    /// Where the joined results.csv and results.parquet go.
+    /// Directory for the merged results.csv and results.parquet.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }

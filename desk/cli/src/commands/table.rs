@@ -1,18 +1,18 @@
-//! `softgrip table`: a finger's table.
+//! `softgrip table`: the table of a finger, compared with the paper.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 use report::files;
-use studies::table::Report;
+use studies::table::TableReport;
 
 use super::load_recipe;
 use super::output::{out, outln};
 
 #[derive(Args)]
 pub struct TableArgs {
-    /// The finger.
+    /// Recipe of the finger.
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
     /// Pressures to show, separated by commas.
@@ -30,7 +30,7 @@ pub fn run(args: &TableArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = &args.out {
         files::prepare(dir)?;
     }
-    let report = Report::new(|| load_recipe(args.recipe.as_deref()), &args.pressure)?;
+    let report = TableReport::new(|| load_recipe(args.recipe.as_deref()), &args.pressure)?;
     if args.json {
         outln!("{}", report.json());
     } else {

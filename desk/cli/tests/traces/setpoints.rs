@@ -1,4 +1,4 @@
-//! Set-points that are no steps.
+//! Set-points that are not steps.
 
 use super::bench::{Row, csv, events_of, names, noise, replay, thinned, time_of, understood};
 

@@ -1,4 +1,4 @@
-//! Bytes → lines → cells.
+//! Decoding of bytes, and splitting into lines and cells.
 
 use std::borrow::Cow;
 
@@ -18,6 +18,9 @@ pub fn name(separator: char) -> &'static str {
 }
 
 /// Text of any encoding that spreadsheets and loggers use: UTF-8, UTF-16 with its mark, else Latin-1.
+///
+/// # Errors
+/// If it contains zero bytes, so that it is no text.
 pub fn decode(bytes: &[u8]) -> anyhow::Result<Cow<'_, str>> {
     let wide = |swap: fn([u8; 2]) -> u16| {
         let (pairs, _) = bytes.as_chunks::<2>();
@@ -40,13 +43,13 @@ pub fn decode(bytes: &[u8]) -> anyhow::Result<Cow<'_, str>> {
     })
 }
 
-/// Whether the last line is a whole one.
+/// Whether the last line ends with an end-of-line.
 pub fn has_ending(bytes: &[u8]) -> bool {
     let mut end = bytes.iter().rev().filter(|byte| **byte != 0);
     end.next().is_some_and(|byte| b"\r\n".contains(byte))
 }
 
-/// Nothing but separators.
+/// Whether a line has no cell with content, only separators.
 pub fn is_empty(line: &str) -> bool {
     line.chars()
         .all(|c| c.is_whitespace() || SEPARATORS.contains(&c))

@@ -1,15 +1,15 @@
-//! Names of columns and the units in them.
+//! Recognition of column names and of the units in them.
 
-/// What a column measures.
+/// Physical quantity of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// In s.
+    /// Time; base unit s.
     Time,
-    /// In µε.
+    /// Strain; base unit µε.
     Strain,
-    /// In kPa.
+    /// Pressure; base unit kPa.
     Pressure,
-    /// In degrees.
+    /// Angle; base unit degree.
     Angle,
 }
 
@@ -18,13 +18,13 @@ pub enum Quantity {
 pub struct Wanted {
     /// Its name as this program writes it, with the unit in which the values are given.
     pub name: &'static str,
-    /// What it measures.
+    /// Physical quantity, which decides the units that are accepted.
     pub quantity: Quantity,
     /// Refuse a table without it.
     pub required: bool,
 }
 
-/// A unit.
+/// A unit with its factor to the base unit of its quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// As messages call it.
@@ -130,7 +130,7 @@ fn spelling(name: &str) -> String {
     plain.collect()
 }
 
-/// Where a wanted column may stand: where it has its own name, else wherever a name means it.
+/// Positions of a wanted column: those with its exact name, otherwise those whose name means it.
 pub(super) fn places(names: &[String], wanted: &Wanted) -> Vec<usize> {
     let at = |is: &dyn Fn(&str) -> bool| -> Vec<usize> {
         (0..names.len()).filter(|i| is(&names[*i])).collect()

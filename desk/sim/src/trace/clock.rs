@@ -1,4 +1,4 @@
-//! The time column: what a logger's clock leaves to guess.
+//! The time column: units, jitter, gaps and rounded times.
 
 use anyhow::{Context, bail, ensure};
 
@@ -12,7 +12,10 @@ const SLOWEST_HZ: f64 = 9.5;
 /// A step that is so much longer than most is a gap. Loggers jitter by a tenth.
 const GAP: f64 = 1.5;
 
-/// The time of every row and the usual time between two, s, with what there is to say about it.
+/// The time of every row and the median time between two rows, s; what was assumed is added to `notes`.
+///
+/// # Errors
+/// If a time is missing or falls, or the rate is outside 10 Hz to 10 kHz; the message names the line.
 pub fn times(table: &Table, notes: &mut Vec<String>) -> anyhow::Result<(Vec<f64>, f64)> {
     let lines: Vec<usize> = table.rows.iter().map(|row| row.line).collect();
     let mut times = Vec::with_capacity(lines.len());
@@ -125,7 +128,7 @@ fn notes_on_gaps(
     Ok(())
 }
 
-/// What a slow trace cannot tell.
+/// Notes on what a trace at this rate, Hz, cannot show.
 fn notes_on_rate(hz: f64, notes: &mut Vec<String>) {
     // On thinned runs of the simulated gripper a loss was told later by up to 7 ms at 100 Hz, 65 at 50, 100 at
     // 40, 320 at 20 and 600 at 10.

@@ -1,11 +1,11 @@
-//! Whether a trace's numbers can be what its columns say: a unit or a sign that is off looks like a hold.
+//! Plausibility of a trace: a wrong unit or sign would look like a hold.
 
 use anyhow::bail;
 use softgrip::condition::{Monitor, Reading};
 use softgrip::estimate::Estimator;
 use softgrip::frontend::FrontEnd;
 use softgrip::settings::{GaugeSense, Settings};
-use softgrip::table::FingerTable;
+use softgrip::table::{self, FingerTable};
 use softgrip::units::Kilopascals;
 
 use super::resample::resample;
@@ -41,7 +41,10 @@ const UNITS: [(&str, f64); 5] = [
     ("Pa", 0.001),
 ];
 
-/// Refuses a trace whose units or signs cannot be right, by column. Returns what is odd without being wrong.
+/// Checks units and signs of a trace. Gives a note on what is unusual without being wrong.
+///
+/// # Errors
+/// If a unit or a sign cannot be right; the message names the column.
 pub fn check(
     trace: &Trace,
     table: &FingerTable,
@@ -74,7 +77,7 @@ pub fn check(
             }
         }
     }
-    let gauges: [Gauge; 3] = std::array::from_fn(|i| Gauge::of(rows, i, top_kpa));
+    let gauges: [GaugeResponse; 3] = std::array::from_fn(|i| GaugeResponse::of(rows, i, top_kpa));
     check_strain(&gauges, top_kpa, noise(&pressures), table, sense)?;
     check_sign(rows, &gauges, top_kpa, table, sense)
 }
@@ -82,8 +85,8 @@ pub fn check(
 const NAME_IT: &str =
     "state the unit in the column's name, as in pressure_bar or strain1_me, or in a row of units";
 
-/// How one gauge answers to the pressure.
-struct Gauge {
+/// Response of one gauge to the pressure.
+struct GaugeResponse {
     rest_ue: f64,
     /// Change from rest to pressure, µε.
     change_ue: f64,
@@ -92,7 +95,7 @@ struct Gauge {
     failed: bool,
 }
 
-impl Gauge {
+impl GaugeResponse {
     fn of(rows: &[Row], finger: usize, top_kpa: f64) -> Self {
         let strain = |row: &Row| row.strain_ue[finger];
         let of = |is: &dyn Fn(f64) -> bool| -> Vec<f64> {
@@ -111,7 +114,7 @@ impl Gauge {
 }
 
 fn check_strain(
-    gauges: &[Gauge],
+    gauges: &[GaugeResponse],
     top_kpa: f64,
     noise_kpa: f64,
     table: &FingerTable,
@@ -163,16 +166,16 @@ fn check_strain(
     Ok(())
 }
 
-/// What a free finger shows at most, µε.
+/// Greatest strain of a free finger up to `kpa`, µε.
 fn free_strain(table: &FingerTable, kpa: f64) -> f64 {
-    f64::from(table.free_strain(Kilopascals(kpa as f32)).0.0)
+    f64::from(table::free_strain(table, Kilopascals(kpa as f32)).0.0)
 }
 
 /// A gauge that is the wrong way round. Under a blocked finger strain may go below zero, down to a seventh of
 /// the free bend; but what bends freely before it touches bends the right way.
 fn check_sign(
     rows: &[Row],
-    gauges: &[Gauge],
+    gauges: &[GaugeResponse],
     top_kpa: f64,
     table: &FingerTable,
     sense: GaugeSense,
@@ -212,7 +215,7 @@ fn check_sign(
 /// Strain of each gauge over that of a free finger while the first grip closes, if the trace shows that.
 fn approach(
     rows: &[Row],
-    gauges: &[Gauge],
+    gauges: &[GaugeResponse],
     table: &FingerTable,
 ) -> anyhow::Result<Option<[f64; 3]>> {
     let active = Settings::for_finger(&FrontEnd::REFERENCE, table)
@@ -266,7 +269,7 @@ fn noise(values: &[f64]) -> f64 {
     quantile(steps.filter(|step| step.is_finite()).collect(), 0.5)
 }
 
-/// Zero of nothing.
+/// The `share`-quantile of values; 0 if there are none.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let at = (share * values.len().saturating_sub(1) as f64).round() as usize;

@@ -1,4 +1,4 @@
-//! A trace at the control tick.
+//! Resampling of a trace to the control tick.
 
 use softgrip::TICK_US;
 

@@ -1,4 +1,4 @@
-//! The rows of a trace, and what was understood of them.
+//! The parsed rows of a trace, with the assumptions that were made.
 
 /// A value that is missing for longer than this, s, or a row, is not made up: from the command to holding
 /// a grip takes as long (140 kPa at 400 kPa/s, and 150 ms to settle), so that nothing longer hides a whole one.
@@ -7,11 +7,11 @@ pub const GAP_S: f64 = 0.5;
 /// One row of a trace, in the order of [`COLUMNS`](super::COLUMNS).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Time, s.
+    /// Time by the clock of the trace, s.
     pub t_s: f64,
     /// Gauge strain of each finger, µε; infinite where it has been missing for long, like an open gauge's.
     pub strain_ue: [f64; 3],
-    /// Measured pressure, kPa.
+    /// Pressure of the monitor, kPa.
     pub pressure_kpa: f64,
     /// Pressure that the robot asked for, kPa: a step where it asked for another.
     pub setpoint_kpa: f64,
@@ -30,6 +30,6 @@ pub struct Trace {
     pub slew_kpa_per_s: Option<f64>,
     /// Usual time from row to row, s.
     pub interval_s: f64,
-    /// What was understood that is not plain, for a person.
+    /// Assumptions made while reading, for the user.
     pub notes: Vec<String>,
 }

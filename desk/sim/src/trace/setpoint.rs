@@ -1,7 +1,7 @@
-//! The set-point column → the commands behind it.
+//! Recovers the robot's commands from the set-point column.
 //!
-//! It may state the commands, as steps. Or it was read back, with noise, or logged behind somebody's ramp:
-//! then a command was given where it left one plateau, and for the next.
+//! The column may contain the commands, as steps. Or the set-point was read back with noise, or logged behind
+//! a ramp; then each plateau is one command, given when the value left the plateau before.
 
 use softgrip::settings::Settings;
 
@@ -23,7 +23,7 @@ const PLATEAU_SIGMAS: f64 = 10.0;
 /// Commands that differ by less are one, kPa.
 const SAME_KPA: f64 = 1.0;
 
-/// What the column showed.
+/// What the set-point column was found to be.
 pub(super) struct Understood {
     pub stepped: bool,
     pub slew_kpa_per_s: Option<f64>,
@@ -34,7 +34,7 @@ pub(super) struct Understood {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Plateau {
     from: usize,
-    /// One past its last row.
+    /// Index after its last row.
     to: usize,
     kpa: f64,
 }

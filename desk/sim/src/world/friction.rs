@@ -1,5 +1,5 @@
-//! Friction of rest and of sliding. Rapier knows one coefficient per contact; its hook sets it anew
-//! before every step.
+//! Static and sliding friction. Rapier has one coefficient per contact; its contact hook sets it before every
+//! step.
 
 use rapier3d_f64::prelude::*;
 

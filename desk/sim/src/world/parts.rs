@@ -1,4 +1,4 @@
-//! What the world is made of: the description of gripper and object, and the bodies built from it.
+//! Parameters of the rigid-body world, and the bodies built from them.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, TAU};
 
@@ -9,7 +9,7 @@ pub const FINGERS: usize = 3;
 /// Links, and joints, of a finger.
 pub const LINKS: usize = 6;
 
-/// Who can touch whom: fingers never touch the ground.
+/// Collision groups: fingers never touch the ground.
 const FINGER: Group = Group::GROUP_1;
 const OBJECT: Group = Group::GROUP_2;
 const GROUND: Group = Group::GROUP_3;
@@ -19,14 +19,14 @@ const GROUND: Group = Group::GROUP_3;
 pub enum Shape {
     /// A solid sphere; it stands on three small balls.
     Sphere {
-        /// Diameter, m.
+        /// Diameter of the object, m.
         diameter_m: f64,
     },
     /// A solid upright cylinder; it stands on a disc.
     Cylinder {
-        /// Diameter, m.
+        /// Diameter of the object, m.
         diameter_m: f64,
-        /// Height, m.
+        /// Height of the cylinder, m.
         height_m: f64,
     },
 }
@@ -44,7 +44,7 @@ pub struct Finger {
     pub damping_s: f64,
 }
 
-/// Everything that stays the same during a run.
+/// Constant parameters of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldConfig {
     /// The fingers; they may differ.
@@ -63,12 +63,12 @@ pub struct WorldConfig {
     pub grasp_depth_m: f64,
     /// Coulomb friction coefficient between the object and everything else.
     pub friction: f64,
-    /// The same while a finger slides over the object.
+    /// Coulomb friction coefficient while a finger slides over the object.
     pub sliding_friction: f64,
     /// Distance from the fixture where the object stands at first to the one for which it is bound, m.
     pub carry_m: f64,
-    /// Whether fingers touch each other. If not, they pass through one another when they close on
-    /// nothing, and bend as freely as a single finger does.
+    /// Whether fingers collide with each other. If not, they pass through one another when they close on
+    /// nothing, and bend as freely as a single finger.
     pub fingers_touch: bool,
     /// Length of one step, s.
     pub step_s: f64,

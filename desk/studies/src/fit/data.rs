@@ -1,4 +1,4 @@
-//! What was measured on a free finger: tip angle or gauge strain against pressure, as CSV.
+//! Measurements of a free finger: tip angle or gauge strain over pressure, as CSV.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ impl Quantity {
     /// Every quantity, in the order of the rows' columns.
     pub const ALL: [Self; 2] = [Self::TipAngle, Self::Strain];
 
-    /// Its column in a file.
+    /// Name of its column in a file.
     pub fn column(self) -> &'static str {
         match self {
             Self::TipAngle => "tip_angle_deg",
@@ -34,7 +34,7 @@ impl Quantity {
         }
     }
 
-    /// Its name for a person.
+    /// Name in text output.
     pub fn name(self) -> &'static str {
         match self {
             Self::TipAngle => "tip angle, deg",
@@ -42,7 +42,7 @@ impl Quantity {
         }
     }
 
-    /// Decimals worth showing.
+    /// Number of decimals to print.
     pub fn decimals(self) -> usize {
         match self {
             Self::TipAngle => 2,
@@ -50,7 +50,7 @@ impl Quantity {
         }
     }
 
-    /// What the model says, in the column's unit.
+    /// The model's value at a pressure, in the column's unit.
     pub fn of(self, chain: &Chain, pressure_kpa: f64) -> f64 {
         match self {
             Self::TipAngle => chain.tip_angle_rad(pressure_kpa).to_degrees(),
@@ -70,9 +70,9 @@ impl Quantity {
 /// Standard deviation of what is measured, from all causes that differ between points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Of a tip angle, degrees.
+    /// Standard deviation of a tip angle, degrees.
     pub tip_angle_deg: f64,
-    /// Of a gauge strain, µε.
+    /// Standard deviation of a gauge strain, µε.
     pub strain_ue: f64,
 }
 
@@ -87,7 +87,7 @@ impl Default for Noise {
 }
 
 impl Noise {
-    /// In the unit of the quantity's column.
+    /// The standard deviation for a quantity, in the unit of its column.
     pub fn of(&self, quantity: Quantity) -> f64 {
         match quantity {
             Quantity::TipAngle => self.tip_angle_deg,
@@ -96,42 +96,45 @@ impl Noise {
     }
 }
 
-/// One measured value.
+/// One measured value at one pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Pressure, kPa.
+    /// Measured pressure, kPa.
     pub pressure_kpa: f64,
-    /// What was measured.
+    /// Quantity of the value.
     pub quantity: Quantity,
     /// The value, in the unit of the quantity's column.
     pub value: f64,
 }
 
-/// What was measured, and what there is to say about it.
+/// Parsed measurements with notes on them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurements {
-    /// By rising pressure; there may be several at one.
+    /// Measured points by rising pressure; a pressure may occur several times.
     pub points: Vec<Point>,
-    /// Of each quantity that was measured while unloading too.
+    /// Hysteresis of each quantity that was also measured while unloading.
     pub hysteresis: Vec<Hysteresis>,
-    /// What was understood that is not plain, for a person.
+    /// Assumptions made while reading, for the user.
     pub notes: Vec<String>,
 }
 
-/// How far unloading lies above loading, where that is most.
+/// Greatest difference between unloading and loading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hysteresis {
-    /// Of what.
+    /// The measured quantity.
     pub quantity: Quantity,
     /// The difference, in the unit of the quantity's column.
     pub most: f64,
-    /// Where, kPa.
+    /// Pressure of the greatest difference, kPa.
     pub pressure_kpa: f64,
-    /// In percent of the largest value.
+    /// The difference in percent of the largest value.
     pub percent: f64,
 }
 
 /// Reads and checks measurements up to the recipe's highest pressure, kPa.
+///
+/// # Errors
+/// If the file cannot be read or a value cannot be right; the message names the line.
 pub fn read(path: &Path, max_pressure_kpa: f64, noise: Noise) -> anyhow::Result<Measurements> {
     let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
     parse(&bytes, max_pressure_kpa, noise).with_context(|| format!("{}", path.display()))

@@ -1,4 +1,4 @@
-//! Which parameters the measurements can tell, and tell apart.
+//! Selection of the parameters that the measurements can identify.
 
 use nalgebra::DMatrix;
 
@@ -10,16 +10,16 @@ pub const DISTINCT: f64 = 3.0;
 /// More are never fitted: a curve of the free finger has a height and a slope, and a gauge a scale.
 const MOST: usize = 3;
 
-/// Why a parameter is fitted or held.
+/// Whether a parameter is fitted, and the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// It is fitted.
+pub enum Selection {
+    /// The parameter is fitted.
     Fitted,
-    /// The user knows it.
+    /// The user has excluded it as known.
     Known,
-    /// It moves the measured values too little.
+    /// Its effect on the measured values is within their noise.
     Weak,
-    /// What it does looks like what the fitted ones do.
+    /// Its effect resembles that of the fitted ones.
     Alike,
     /// The measurements could tell it, but it would be one too many for their number, or at all.
     Spare,
@@ -28,7 +28,7 @@ pub enum Verdict {
 /// A parameter before the measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// Which.
+    /// The parameter.
     pub parameter: Parameter,
     /// Mean change of the modelled values per step, %.
     pub change_percent: f64,
@@ -36,11 +36,11 @@ pub struct Candidate {
     pub effect: f64,
     /// The part of it that the parameters fitted before cannot imitate.
     pub distinct: f64,
-    /// What becomes of it.
-    pub verdict: Verdict,
+    /// Whether it is fitted, and why not.
+    pub selection: Selection,
 }
 
-/// What the measurements can tell.
+/// Result of the identifiability analysis.
 #[derive(Debug, Clone)]
 pub struct Identified {
     /// One for each parameter that the recipe has.
@@ -54,7 +54,7 @@ pub struct Identified {
 impl Identified {
     /// The parameters to fit.
     pub fn fitted(&self) -> Vec<Parameter> {
-        let fitted = |c: &&Candidate| c.verdict == Verdict::Fitted;
+        let fitted = |c: &&Candidate| c.selection == Selection::Fitted;
         let candidates = self.candidates.iter().filter(fitted);
         candidates.map(|c| c.parameter).collect()
     }
@@ -86,32 +86,32 @@ pub fn identify(
             change_percent: change_percent[i],
             effect: effect[i],
             distinct: effect[i],
-            verdict: match known.contains(&parameters[i]) {
-                true => Verdict::Known,
-                false if effect[i] < DISTINCT => Verdict::Weak,
-                false => Verdict::Alike,
+            selection: match known.contains(&parameters[i]) {
+                true => Selection::Known,
+                false if effect[i] < DISTINCT => Selection::Weak,
+                false => Selection::Alike,
             },
         })
         .collect();
     // One point more than parameters, so that the residuals say something.
     let most = MOST.min(jacobian.nrows() - 1).max(1);
     for turn in 0.. {
-        let open = |c: &Candidate| c.verdict == Verdict::Alike && c.distinct >= DISTINCT;
+        let open = |c: &Candidate| c.selection == Selection::Alike && c.distinct >= DISTINCT;
         let best = (0..n)
             .filter(|&i| open(&candidates[i]))
             .max_by(|&i, &j| candidates[i].distinct.total_cmp(&candidates[j].distinct));
         let Some(best) = best else { break };
         if turn == most {
             let spare = candidates.iter_mut().filter(|c| open(c));
-            spare.for_each(|c| c.verdict = Verdict::Spare);
+            spare.for_each(|c| c.selection = Selection::Spare);
             break;
         }
-        candidates[best].verdict = Verdict::Fitted;
+        candidates[best].selection = Selection::Fitted;
         let direction = rest.column(best).normalize();
         for (mut column, candidate) in rest.column_iter_mut().zip(&mut candidates) {
             let share = direction.dot(&column);
             column.axpy(-share, &direction, 1.0);
-            if candidate.verdict != Verdict::Fitted {
+            if candidate.selection != Selection::Fitted {
                 candidate.distinct = column.norm();
             }
         }

@@ -1,10 +1,11 @@
-//! What of a recipe a fit may change, and how: on the text itself, so that its layout and comments stay.
+//! The parameters that a fit may change. They are changed in the text of the recipe, so that layout and
+//! comments stay.
 
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
 use report::json::round;
 
-/// One number by which a recipe changes, counted in steps of what one does not know without measuring.
+/// A parameter of the recipe. A fit counts its change in steps, the uncertainty without a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// The outer radius of every station, together.
@@ -25,7 +26,7 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    /// All of them.
+    /// Every parameter, in the order of the output.
     pub const ALL: [Self; 7] = [
         Self::OuterRadius,
         Self::BoreRadius,
@@ -36,7 +37,7 @@ impl Parameter {
         Self::GaugeDistance,
     ];
 
-    /// Its name, also on the command line.
+    /// Name in the output and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::OuterRadius => "outer-radius",
@@ -60,7 +61,7 @@ impl Parameter {
         }
     }
 
-    /// What so many steps come to, in the unit of one.
+    /// The change of `steps` steps, in the unit of [`Self::step`].
     pub fn shift(self, steps: f64) -> f64 {
         match self.step() {
             // A power, so that what is scaled stays positive whatever the fit tries.
@@ -69,7 +70,7 @@ impl Parameter {
         }
     }
 
-    /// Whether the recipe has what it changes.
+    /// Whether the recipe contains it.
     pub fn is_in(self, recipe: &DocumentMut) -> bool {
         let constants = recipe["rubber"].get("yeoh_mpa").and_then(Item::as_array);
         self != Self::Hardening || constants.is_some_and(|array| array.len() > 1)

@@ -1,4 +1,4 @@
-//! The picture of a fit: what was measured, the curves before and after, and the residuals.
+//! Figure of a fit: measurements, curves before and after, and residuals.
 
 use finger::recipe::Recipe;
 use plotters::coord::Shift;
@@ -18,6 +18,9 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Fit {
     /// Draws one column per measured quantity as SVG.
+    ///
+    /// # Errors
+    /// If the drawing library fails.
     pub fn picture(&self) -> anyhow::Result<String> {
         let mut svg = String::new();
         self.draw(&mut svg)

@@ -1,4 +1,4 @@
-//! The least-squares problem: measurements against the model of a changed recipe.
+//! The least-squares problem: measurements minus the model of a changed recipe.
 
 use anyhow::ensure;
 use finger::geometry::Description;
@@ -37,6 +37,9 @@ impl Problem<'_> {
     }
 
     /// Measured less modelled, in standard deviations of the noise. Solved at the measured pressures only.
+    ///
+    /// # Errors
+    /// If the changed recipe describes no possible finger, or the model has no solution.
     pub fn residuals(
         &self,
         parameters: &[Parameter],
@@ -60,6 +63,9 @@ impl Problem<'_> {
 
     /// Change of the modelled values per step of each parameter, in standard deviations of the noise;
     /// `here` are the residuals without the change.
+    ///
+    /// # Errors
+    /// If the model has no solution on either side of a parameter.
     pub fn jacobian(
         &self,
         parameters: &[Parameter],
@@ -81,6 +87,9 @@ impl Problem<'_> {
     }
 
     /// The steps that bring the model closest to the measurements: Levenberg–Marquardt.
+    ///
+    /// # Errors
+    /// If the best fit changes a parameter so much that the recipe is of another finger.
     pub fn solve(&self, parameters: &[Parameter]) -> anyhow::Result<Vec<f64>> {
         let mut steps = vec![0.0; parameters.len()];
         let mut residuals = self.residuals(parameters, &steps)?;

@@ -1,51 +1,18 @@
-//! A fit in words, as JSON, and as a recipe.
+//! The result of a fit as text and as JSON.
 
 use std::fmt::Write;
 
 use finger::recipe::Recipe;
 use serde_json::{Value, json};
-use toml_edit::DocumentMut;
 
+use super::Fit;
 use super::data::{Point, Quantity};
-use super::identify::{Candidate, DISTINCT, Verdict};
+use super::identify::{Candidate, DISTINCT, Selection};
 use super::parameter::Parameter;
-use super::{Change, Fit};
 use report::json::round;
 
-/// The fitted recipe: the old one with a name and a comment of its own.
-pub(super) fn recipe(
-    mut recipe: DocumentMut,
-    measured: &str,
-    from: &str,
-    changes: &[Change],
-) -> String {
-    let mut header = format!("# The recipe {from}, fitted to {measured}:\n");
-    for change in changes {
-        let _ = writeln!(header, "#   {}", sentence(change));
-    }
-    if let Some(name) = recipe["name"].as_value_mut() {
-        let decor = name.decor().clone();
-        let fitted = format!("{}-fitted", from.trim_end_matches("-fitted"));
-        *name = fitted.into();
-        *name.decor_mut() = decor;
-    }
-    format!("{header}# What follows was said of the recipe before.\n#\n{recipe}")
-}
-
-/// What was changed, with its standard deviation.
-fn sentence(change: &Change) -> String {
-    let (step, unit) = change.parameter.step();
-    let decimals = if unit == "%" { 1 } else { 4 };
-    format!(
-        "{} {:+.decimals$} ± {:.decimals$} {unit}",
-        change.parameter.name(),
-        change.parameter.shift(change.steps),
-        step * change.deviation,
-    )
-}
-
 impl Fit {
-    /// For a person.
+    /// The result as plain text.
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
@@ -60,7 +27,7 @@ impl Fit {
         self.write_candidates(&mut out);
         let _ = writeln!(out);
         for change in &self.changes {
-            let _ = writeln!(out, "{}", sentence(change));
+            let _ = writeln!(out, "{}", change.sentence());
         }
         for quantity in Quantity::ALL {
             self.write_residuals(&mut out, quantity);
@@ -98,7 +65,7 @@ impl Fit {
 
     fn write_candidates(&self, out: &mut String) {
         let identified = &self.identified;
-        let fitted = |c: &Candidate| c.verdict == Verdict::Fitted;
+        let fitted = |c: &Candidate| c.selection == Selection::Fitted;
         let _ = writeln!(
             out,
             "parameter           step  change, %  effect  distinct  correlation             verdict"
@@ -122,7 +89,7 @@ impl Fit {
                 candidate.change_percent,
                 candidate.effect,
                 candidate.distinct,
-                words(candidate.verdict),
+                words(candidate.selection),
             );
         }
         let values: Vec<String> = identified
@@ -171,7 +138,7 @@ impl Fit {
         }
     }
 
-    /// What a reader could get wrong.
+    /// Warnings about the interpretation of the fit.
     fn warnings(&self) -> Vec<&'static str> {
         let fits = |parameter| self.changes.iter().any(|c| c.parameter == parameter);
         let alone = self.of(Quantity::TipAngle).next().is_none();
@@ -195,7 +162,7 @@ impl Fit {
         points.filter(move |point| point.quantity == quantity)
     }
 
-    /// For a program.
+    /// The result as JSON.
     pub fn json(&self) -> Value {
         let identified = &self.identified;
         let number = |x: f64| round(x, 4);
@@ -208,7 +175,7 @@ impl Fit {
                 "change_percent": number(c.change_percent),
                 "effect": number(c.effect),
                 "distinct": number(c.distinct),
-                "verdict": words(c.verdict),
+                "verdict": words(c.selection),
             })
         });
         let changes = self.changes.iter().map(|c| {
@@ -257,12 +224,12 @@ impl Fit {
     }
 }
 
-fn words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Fitted => "fitted",
-        Verdict::Known => "held: known",
-        Verdict::Weak => "held: moves the values too little",
-        Verdict::Alike => "held: looks like the fitted",
-        Verdict::Spare => "held: one too many for these values",
+fn words(selection: Selection) -> &'static str {
+    match selection {
+        Selection::Fitted => "fitted",
+        Selection::Known => "held: known",
+        Selection::Weak => "held: moves the values too little",
+        Selection::Alike => "held: looks like the fitted",
+        Selection::Spare => "held: one too many for these values",
     }
 }

@@ -1,10 +1,10 @@
-//! The spans as a picture: a column for each object.
+//! Chart of the spans, one column per object.
 
 use plotters::prelude::SeriesLabelPosition;
 use report::charts::{self, Look, Panel, Series};
 
-use super::judge::{Seen, quantile};
-use super::{Judged, OBJECTS, Study};
+use super::judge::{ObjectResult, quantile};
+use super::{GaugeStudy, OBJECTS, SpanResult};
 
 /// Lengths that are drawn, mm.
 const LENGTHS_MM: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
@@ -14,7 +14,7 @@ struct Quantity {
     name: &'static str,
     label: &'static str,
     ranges: [(f64, f64); 2],
-    value: fn(&Seen) -> f64,
+    value: fn(&ObjectResult) -> f64,
 }
 
 const QUANTITIES: [Quantity; 3] = [
@@ -39,8 +39,11 @@ const QUANTITIES: [Quantity; 3] = [
 ];
 
 /// Slip, loss and shaking against the middle of the span, a line for each length; a ring is the recipe's place.
-pub fn chart(study: &Study) -> anyhow::Result<String> {
-    let end_mm = study.spans.iter().map(|judged| 1e3 * judged.span.to_m);
+///
+/// # Errors
+/// If the drawing library fails.
+pub fn chart(study: &GaugeStudy) -> anyhow::Result<String> {
+    let end_mm = study.spans.iter().map(|result| 1e3 * result.span.to_m);
     let end_mm = end_mm.fold(0.0, f64::max);
     let panels = QUANTITIES.iter().flat_map(|quantity| {
         (0..OBJECTS.len()).map(move |object| panel(study, quantity, object, end_mm))
@@ -50,18 +53,18 @@ pub fn chart(study: &Study) -> anyhow::Result<String> {
     Ok(charts::standalone(&charts::draw(&panels, 2, (440, 260))?))
 }
 
-fn panel(study: &Study, quantity: &Quantity, object: usize, end_mm: f64) -> Panel {
+fn panel(study: &GaugeStudy, quantity: &Quantity, object: usize, end_mm: f64) -> Panel {
     let (low, high) = quantity.ranges[object];
-    let at = |judged: &Judged| {
-        let middle_mm = 5e2 * (judged.span.from_m + judged.span.to_m);
-        (middle_mm, (quantity.value)(&judged.seen[object]))
+    let at = |result: &SpanResult| {
+        let middle_mm = 5e2 * (result.span.from_m + result.span.to_m);
+        (middle_mm, (quantity.value)(&result.seen[object]))
     };
     let mut series: Vec<_> = LENGTHS_MM
         .iter()
         .enumerate()
         .map(|(n, &length_mm)| {
-            let long = |judged: &&Judged| {
-                let length = 1e3 * (judged.span.to_m - judged.span.from_m);
+            let long = |result: &&SpanResult| {
+                let length = 1e3 * (result.span.to_m - result.span.from_m);
                 (length - length_mm).abs() < 0.1
             };
             let points = study.spans.iter().filter(long).map(at);

@@ -1,4 +1,4 @@
-//! What a gauge over one stretch of the fingers sees of slips and losses, and of objects that are held.
+//! How well a gauge over one span of the finger detects slips and losses, compared with held objects.
 
 use finger::chain::{Chain, Gauge, LINKS};
 
@@ -8,14 +8,14 @@ use super::record::{Grasps, Record};
 const PLATEAU_TICKS: usize = 100;
 /// Noise stays below this many standard deviations in a working day of ticks.
 const SIGMAS: f64 = 5.0;
-/// What held objects did is exceeded by this before it is taken for a slip.
+/// A slip must exceed the greatest signal of held objects by this factor.
 const ABOVE_HELD: f64 = 1.5;
 /// A loss begins when the residual sum leaves this share of its plateau for good.
 const COLLAPSE: f64 = 0.9;
 /// A warning is early if it comes before the object has slid this far, m.
 pub const EARLY_M: f64 = 0.015;
 
-/// What a change must exceed to be taken for a slip, besides what held objects do.
+/// Disturbances that a slip must exceed, besides the signals of held objects.
 #[derive(Debug, Clone, Copy)]
 pub struct Floor {
     /// Noise of a gauge, rms at the control tick, µε.
@@ -27,9 +27,9 @@ pub struct Floor {
 /// A stretch of the finger, from the clamp, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Its end at the clamp's side.
+    /// End at the clamp, m from the clamp.
     pub from_m: f64,
-    /// Its end at the tip's side.
+    /// End at the tip, m from the clamp.
     pub to_m: f64,
 }
 
@@ -50,9 +50,10 @@ impl Span {
     }
 }
 
-/// What was seen of one kind of object. Of sorted values over the losing runs; infinite where nothing was.
+/// Signals of one kind of object. Vectors are sorted over the lost grasps; infinite where nothing was
+/// detected.
 #[derive(Debug, Clone)]
-pub struct Seen {
+pub struct ObjectResult {
     /// Median of the residual sum before the lift, µε.
     pub plateau_ue: f64,
     /// Greatest change of the residual sum of a held object, as a share of its plateau, at each
@@ -62,15 +63,15 @@ pub struct Seen {
     pub threshold: f64,
     /// Greatest change while the object slides its first 15 mm, over what held objects did.
     pub signal: Vec<f64>,
-    /// How far the object has slid when the residual sum has changed by the threshold, m.
+    /// Slide at the detection of the slip, m.
     pub slip_m: Vec<f64>,
-    /// From the first sliding to the collapse of the residual sum, ms.
+    /// Time from the first slide to the collapse of the residual sum, ms.
     pub loss_ms: Vec<f64>,
-    /// How far the object has slid then, m.
+    /// Slide at the collapse, m.
     pub loss_m: Vec<f64>,
 }
 
-impl Seen {
+impl ObjectResult {
     /// Share of the losing runs with a warning before 15 mm.
     pub fn early(&self) -> f64 {
         let early = self.slip_m.iter().filter(|&&m| m < EARLY_M).count();
@@ -97,7 +98,7 @@ fn normalised(record: &Record, weights: &[f64; LINKS]) -> (Vec<f64>, f64) {
 }
 
 /// Judges a span by the grasps of one kind of object.
-pub fn judge(span: Span, chain: &Chain, grasps: &Grasps, floor: Floor) -> Seen {
+pub fn judge(span: Span, chain: &Chain, grasps: &Grasps, floor: Floor) -> ObjectResult {
     let weights = span.weights(chain);
     let held = grasps.held.each_ref().map(|records| {
         let changes = records
@@ -107,7 +108,7 @@ pub fn judge(span: Span, chain: &Chain, grasps: &Grasps, floor: Floor) -> Seen {
     });
     let shaken = held[0].max(held[1]);
     let noise_ue = 3f64.sqrt() * floor.noise_ue;
-    let mut seen = Seen {
+    let mut seen = ObjectResult {
         plateau_ue: 0.0,
         held,
         threshold: 0.0,

@@ -1,4 +1,5 @@
-//! Randomised grasps, run once each, with what any gauge anywhere on the fingers would see of them.
+//! Random grasps, simulated once each, with the contact bend at every joint, from which the signal of a gauge
+//! anywhere on the finger follows.
 
 use std::ops::Range;
 
@@ -33,11 +34,11 @@ fn mass_kg(object: ObjectKind) -> Range<f64> {
     }
 }
 
-/// One grasp, from the request to close to the request to release.
+/// One grasp, from the request for a grip to the request for a release.
 pub struct Record {
-    /// Bend that contact takes away at each joint, summed over the fingers, rad, in every tick.
+    /// Free bend minus actual bend at each joint, summed over the fingers, rad, in every tick.
     pub withheld_rad: Vec<[f64; LINKS]>,
-    /// How far the object has moved against the palm since the lift began, m, in every tick.
+    /// Displacement relative to the palm since the lift began, m, in every tick.
     pub moved_m: Vec<f64>,
     /// The first tick of the lift.
     pub lift: usize,
@@ -53,12 +54,12 @@ impl Record {
     }
 }
 
-/// How many grasps are wanted.
+/// Number of random grasps of each object.
 #[derive(Debug, Clone, Copy)]
 pub struct Wanted {
-    /// That are lost, at random accelerations.
+    /// Grasps that are lost, at random accelerations.
     pub lost: usize,
-    /// That are held, at each of [`HELD_ACCELS_M_S2`].
+    /// Grasps that are held, at each of [`HELD_ACCELS_M_S2`].
     pub held: usize,
 }
 
@@ -67,13 +68,16 @@ pub const HELD_ACCELS_M_S2: [f64; 2] = [5.0, 10.0];
 
 /// Random grasps of one object.
 pub struct Grasps {
-    /// Those that are lost.
+    /// Grasps that are lost.
     pub lost: Vec<Record>,
-    /// Those that are held, at each of [`HELD_ACCELS_M_S2`].
+    /// Grasps that are held, at each of [`HELD_ACCELS_M_S2`].
     pub held: [Vec<Record>; 2],
 }
 
 /// Draws and runs them; the result does not depend on how many threads there are. `done` is called after each.
+///
+/// # Errors
+/// If too few random grasps are lost or held as wanted.
 pub fn grasps(
     setup: &Setup,
     seed: u64,

@@ -20,19 +20,22 @@ use crate::{capability, paper};
 
 /// A figure of the page.
 pub struct Figure {
-    /// Its number in the paper, and what it shows.
+    /// Title, with the figure's number in the paper.
     pub title: String,
-    /// The chart.
+    /// The chart as SVG.
     pub svg: String,
-    /// How it is meant.
+    /// Explanation below the chart.
     pub caption: Markup,
 }
 
 const WIDTH: u32 = 960;
-/// One sample in this many is drawn: 250 Hz are finer than the picture.
+/// Every n-th sample is drawn: 250 Hz is finer than the resolution of the figure.
 const EVERY: usize = 4;
 
 /// All of them, in the order of the paper.
+///
+/// # Errors
+/// If the drawing library fails.
 pub fn all(recipe: &Recipe, cases: &[Case]) -> anyhow::Result<Vec<Figure>> {
     let published = paper::recipe()?.chain;
     let mut figures = vec![

@@ -1,4 +1,4 @@
-//! The study as one HTML page that needs nothing else: figures inline, no script, no network.
+//! The study as one self-contained HTML page.
 
 use finger::recipe::Recipe;
 use maud::{Markup, html};
@@ -11,11 +11,11 @@ use super::figures;
 use super::{Band, Case, Varied, robust};
 use crate::paper::{ACCELERATIONS, EXPERIMENTS, Stated};
 
-/// Everything that the report shows.
-pub struct Study<'a> {
-    /// The fingers.
+/// Content of the report.
+pub struct StudyPage<'a> {
+    /// Recipe of the fingers.
     pub recipe: &'a Recipe,
-    /// The programme.
+    /// The twelve runs of the paper.
     pub cases: &'a [Case],
     /// The programme under changes.
     pub varied: &'a [Varied],
@@ -23,8 +23,11 @@ pub struct Study<'a> {
     pub bands: &'a [(usize, Vec<Band>)],
 }
 
-/// The report.
-pub fn report(study: &Study) -> anyhow::Result<String> {
+/// The study as an HTML page.
+///
+/// # Errors
+/// If a figure cannot be drawn.
+pub fn report(study: &StudyPage) -> anyhow::Result<String> {
     let figures = figures::all(study.recipe, study.cases)?;
     let body = html! {
         (introduction(study))
@@ -34,10 +37,10 @@ pub fn report(study: &Study) -> anyhow::Result<String> {
         @for shown in figures { (figure(Some(&shown.title), &shown.svg, &shown.caption)) }
         (limits())
     };
-    Ok(page("softgrip: the paper's experiments, replayed", &body))
+    Ok(page("softgrip: the paper's experiments, simulated", &body))
 }
 
-fn introduction(study: &Study) -> Markup {
+fn introduction(study: &StudyPage) -> Markup {
     let counts = |wanted| {
         let agreeing = study
             .cases
@@ -56,7 +59,7 @@ fn introduction(study: &Study) -> Markup {
         n => format!("was wrong in {n} of them"),
     };
     html! {
-        h1 { "The paper's experiments, replayed" }
+        h1 { "The paper's experiments, simulated" }
         p {
             "Twelve pick-and-place runs of "
             i { "Innovative Development of a Soft Robotic Gripper: Mathematical Modelling and Grasping Capability Analysis" }
@@ -69,20 +72,20 @@ fn introduction(study: &Study) -> Markup {
     }
 }
 
-fn outcomes(study: &Study) -> Markup {
+fn outcomes(study: &StudyPage) -> Markup {
     html! {
-        h2 { "What the paper says, the physics did and the controller said" }
+        h2 { "Outcomes: paper, simulation and controller" }
         div class="wide" {
             table {
                 tr {
-                    th { "run" } th { "paper says" } th { "physics did" } th {}
-                    th { "controller said" } th { "latency" } th { "robust" }
+                    th { "run" } th { "paper" } th { "simulation" } th {}
+                    th { "controller" } th { "latency" } th { "robust" }
                 }
                 @for n in 0..study.cases.len() { (outcome(study, n)) }
             }
         }
         p class="note" {
-            "Latency counts from the moment when the true contact residual, summed over the fingers, has fallen to 90 % of its plateau for good; it is negative where one finger empties before the sum shows it. Robust: the outcome is the same under every change of the gripper in the next table."
+            "Latency is measured from the moment when the true contact residual, summed over the fingers, falls below 90 % of its plateau for good; it is negative where one finger loses contact before the sum drops. Robust: the outcome is the same under every change of the gripper in the next table."
         }
         p class="note" {
             "Of the 250 g sphere at 2 m/s² the paper says only that it falls, and of 5 and 10 m/s² that it falls “immediately in the picking step”, which implies the transfer for 2. Lifting at 2 m/s² takes m (g + a) = 2.95 N, carrying 2.50 N: what survives the lift survives the carry, so no gripper that holds by friction at rest does what is implied."
@@ -98,7 +101,7 @@ fn outcomes(study: &Study) -> Markup {
 }
 
 /// A row of the outcomes.
-fn outcome(study: &Study, n: usize) -> Markup {
+fn outcome(study: &StudyPage, n: usize) -> Markup {
     let case = &study.cases[n];
     let run = &case.run;
     let latency = run.latency_ms();
@@ -143,7 +146,7 @@ fn physics(run: &Run) -> String {
     }
 }
 
-/// What it reported, in a few words.
+/// The controller's reports as a short text.
 fn controller(run: &Run) -> String {
     let first = |wanted: fn(&Event) -> bool| {
         let mut events = run.events.iter();
@@ -163,11 +166,11 @@ fn controller(run: &Run) -> String {
     words.join(", ")
 }
 
-fn sensitivity(study: &Study) -> Markup {
+fn sensitivity(study: &StudyPage) -> Markup {
     html! {
-        h2 { "What hangs on a millimetre" }
+        h2 { "Sensitivity" }
         p {
-            "Every run again with one change at a time: " b { "h" } "eld, lost in the " b { "p" } "ick or in the " b { "t" } "ransfer. Outlined where the outcome is not that of the first line; ! where the controller was wrong. The controller is calibrated to the changed stiffness, as by a free-bend sweep. A palm radius smaller by 1 mm cannot be: the open fingers would stand inside the object."
+            "Every run, repeated with one change at a time: " b { "h" } "eld, lost in the " b { "p" } "ick or in the " b { "t" } "ransfer. Outlined where the outcome differs from the first row; ! where the controller was wrong. The controller is calibrated to the changed stiffness, as by a free-bend sweep. A palm radius smaller by 1 mm is impossible: the open fingers would be inside the object."
         }
         div class="wide" {
             table class="grid" {
@@ -200,7 +203,7 @@ fn sensitivity(study: &Study) -> Markup {
             }
         }
         p class="note" {
-            "The last two lines are the convergence with the step of the rigid-body engine; the controller ticks at 1 ms in all of them."
+            "The last two rows show the convergence with the time step of the rigid-body engine; the control tick is 1 ms in all of them."
         }
     }
 }
@@ -208,7 +211,7 @@ fn sensitivity(study: &Study) -> Markup {
 /// An edge case over ranges of its parameters.
 fn edge(run: &Run, bands: &[Band]) -> Markup {
     html! {
-        h3 { "On the edge: " (words::title(&run.scenario)) }
+        h3 { "Edge case: " (words::title(&run.scenario)) }
         div class="wide" {
             table class="grid" {
                 @for band in bands {
@@ -240,12 +243,12 @@ fn cell(outcome: Outcome, reference: Outcome, wrong: bool) -> Markup {
 
 fn limits() -> Markup {
     html! {
-        h2 { "What this is not" }
+        h2 { "Known limitations" }
         ul {
             li { "Each finger is a chain of six rigid links on springs, as in the paper, not a continuum; contact is that of round links with the object, not of soft skin." }
-            li { "Friction is that of Coulomb, the same at rest and sliding. The paper has 0.8 and 0.75, and no law between them; the line “friction 0.75 while sliding” above takes the second where the surfaces move against each other by more than 1 mm/s." }
-            li { "The simulated fingers pass through one another where they close on nothing. A real pair meets, so an empty close looks different on a real gripper." }
-            li { "Palm radius, grasp depth, jerk ramp, damping and the heights and lengths of the moves are not in the paper. They were chosen so that the stated outcomes come out; the table above says how far that goes." }
+            li { "Friction is Coulomb friction with one coefficient. The paper states 0.8 and 0.75 without a law between them; the row “friction 0.75 while sliding” above uses the second where the surfaces slide faster than 1 mm/s." }
+            li { "The simulated fingers pass through one another where they close on nothing. Real fingers touch, so an empty close looks different on a real gripper." }
+            li { "Palm radius, grasp depth, jerk ramp, damping and the heights and lengths of the moves are not in the paper. They were chosen to reproduce the stated outcomes; the table above shows how sensitive that is." }
             li { "The gauges' place and distance from the neutral axis are not in the paper either, so strains have the right course and a free scale. The paper's curves are pictures without numbers, and are not drawn here." }
             li { "Noise is white and small; drift with temperature, leaks and cables are not simulated. Regulator, lags and creep are stated in desk/sim/gripper.toml and are not fitted to any outcome." }
         }

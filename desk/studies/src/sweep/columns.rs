@@ -1,10 +1,10 @@
-//! What stands in the columns of a sweep's results.
+//! Columns of the results of a sweep.
 
 use sim::setup;
 
 use super::spec::Spec;
 
-/// What a column holds.
+/// Type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Whole numbers, in every row.
@@ -18,9 +18,9 @@ pub enum Kind {
 /// A column of the results.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Its name in the header.
+    /// Name in the header.
     pub name: String,
-    /// What it holds.
+    /// Type of its values.
     pub kind: Kind,
 }
 

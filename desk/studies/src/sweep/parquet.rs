@@ -1,4 +1,4 @@
-//! Results as Parquet, which data tools open without guessing at types.
+//! Results as Parquet, with typed columns.
 
 use std::fs::File;
 use std::path::Path;
@@ -19,6 +19,9 @@ const NAME: &str = "results.parquet";
 const ROWS: usize = 8_192;
 
 /// Writes `results.parquet` beside `results.csv`.
+///
+/// # Errors
+/// If `results.csv` cannot be read or the file cannot be written.
 pub fn write(dir: &Path, columns: &[Column]) -> anyhow::Result<()> {
     let part = dir.join(format!(".{NAME}.part"));
     convert(&dir.join(CSV), &part, columns)

@@ -1,4 +1,4 @@
-//! The results of a sweep, or of a part of one, in a directory.
+//! The results of a sweep, or of a part of it, in a directory.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, BufWriter, Write};
@@ -13,7 +13,7 @@ use super::columns::{Column, columns};
 use super::shard::Shard;
 use super::spec::Spec;
 
-/// What is swept.
+/// Name of the file that describes the sweep.
 const ABOUT: &str = "sweep.json";
 /// One row per finished run, in the order of the runs.
 pub const CSV: &str = "results.csv";
@@ -30,7 +30,7 @@ pub struct About {
 }
 
 impl About {
-    /// Of a sweep that is about to begin.
+    /// Describes a new sweep.
     pub fn new(spec: &Spec, recipe: &Recipe, shard: Shard) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -42,7 +42,10 @@ impl About {
         }
     }
 
-    /// Of the results in a directory.
+    /// Reads the description of the results in a directory.
+    ///
+    /// # Errors
+    /// If the file is missing or is not a description of a sweep.
     pub fn load(dir: &Path) -> anyhow::Result<Self> {
         let path = dir.join(ABOUT);
         let text = std::fs::read_to_string(&path)
@@ -51,7 +54,7 @@ impl About {
             .with_context(|| format!("{}: not what a sweep writes", path.display()))
     }
 
-    /// Which part of the sweep it is about.
+    /// The part of the sweep.
     pub fn shard(&self) -> Shard {
         Shard {
             index: self.shard,
@@ -59,12 +62,15 @@ impl About {
         }
     }
 
-    /// What is swept.
+    /// The specification of the sweep.
+    ///
+    /// # Errors
+    /// If the stored text is not a valid specification.
     pub fn spec(&self) -> anyhow::Result<Spec> {
         Spec::parse(&self.spec)
     }
 
-    /// The same for all parts of a sweep.
+    /// The description without the part: equal for all parts of a sweep.
     pub fn whole(&self) -> Self {
         Self {
             shard: Shard::WHOLE.index,
@@ -73,7 +79,10 @@ impl About {
         }
     }
 
-    /// Writes it.
+    /// Writes it to `dir`.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
     pub fn save(&self, dir: &Path) -> anyhow::Result<()> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
@@ -85,16 +94,20 @@ impl About {
 pub struct Results {
     /// Which runs belong here.
     pub shard: Shard,
-    /// How many of them are there.
+    /// Number of finished runs.
     pub finished: u64,
-    /// Whether half a row was there, as a kill leaves it; it has been removed.
+    /// Whether an incomplete last row, left by an interruption, was removed.
     pub torn: bool,
     path: PathBuf,
     file: File,
 }
 
 impl Results {
-    /// Opens the results in `dir`, or begins them there.
+    /// Opens the results in `dir`, or creates them.
+    ///
+    /// # Errors
+    /// If the directory holds another sweep, another process writes there, or a file cannot be read or
+    /// written.
     pub fn open(dir: &Path, about: &About, columns: &[Column]) -> anyhow::Result<Self> {
         let path = dir.join(CSV);
         if dir.join(ABOUT).exists() {
@@ -177,7 +190,10 @@ impl Results {
         Ok(())
     }
 
-    /// Adds rows at once.
+    /// Appends finished rows.
+    ///
+    /// # Errors
+    /// If the rows cannot be written.
     pub fn append(&mut self, rows: &[Vec<String>]) -> anyhow::Result<()> {
         let text: String = rows.iter().map(|row| row.join(",") + "\n").collect();
         self.file
@@ -189,7 +205,10 @@ impl Results {
     }
 }
 
-/// Joins the finished parts of a sweep in `dir`, row by row.
+/// Merges the finished parts of a sweep into `dir`, row by row.
+///
+/// # Errors
+/// If the parts are not all parts of one sweep, each once and finished; or a file cannot be read or written.
 pub fn merge(parts: &[PathBuf], dir: &Path) -> anyhow::Result<Vec<Column>> {
     let mut abouts = Vec::new();
     for part in parts {

@@ -1,18 +1,18 @@
-//! A part of a sweep, so that several machines can share one.
+//! Parts of a sweep, for several machines.
 
 use anyhow::{Context, ensure};
 
 /// Every `of`-th run from number `index` on, both counted from one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which one.
+    /// Number of this part, from 1.
     pub index: u64,
-    /// How many there are.
+    /// Number of parts.
     pub of: u64,
 }
 
 impl Shard {
-    /// Everything.
+    /// The whole sweep as one part.
     pub const WHOLE: Self = Self { index: 1, of: 1 };
 
     /// Runs of a sweep of so many runs that belong to the shard.

@@ -1,4 +1,4 @@
-//! What is to be swept, from a TOML file.
+//! Specification of a sweep, from a TOML file.
 
 use std::path::Path;
 
@@ -11,12 +11,12 @@ use sim::setup::{self, Value};
 /// More runs than this are a slip of the pen: a week on two processors.
 const MOST_RUNS: u64 = 10_000_000;
 
-/// A sweep.
+/// A parsed and checked sweep specification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
-    /// The file's text.
+    /// Text of the specification, TOML.
     pub text: String,
-    /// Number of runs.
+    /// Number of runs of the whole sweep.
     pub runs: u64,
     fixed: Vec<(String, Value)>,
     axes: Vec<(String, Axis)>,
@@ -26,7 +26,7 @@ pub struct Spec {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Axis {
-    /// One of these.
+    /// One value of a list.
     List(Vec<Value>),
     /// Evenly distributed in between.
     Between(f64, f64),
@@ -60,7 +60,10 @@ struct Range {
 }
 
 impl Spec {
-    /// Reads and checks a spec.
+    /// Reads and checks a specification.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or as [`Self::parse`].
     pub fn load(path: &Path) -> anyhow::Result<Self> {
         std::fs::read_to_string(path)
             .map_err(anyhow::Error::from)
@@ -68,7 +71,10 @@ impl Spec {
             .with_context(|| path.display().to_string())
     }
 
-    /// Checks the text of a spec.
+    /// Parses and checks the text of a specification.
+    ///
+    /// # Errors
+    /// If a key, a parameter or a value is not possible; the message says what would be.
     pub fn parse(text: &str) -> anyhow::Result<Self> {
         let file: File = toml::from_str(text)?;
         let mut fixed = Vec::new();

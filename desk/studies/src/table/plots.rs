@@ -1,12 +1,13 @@
-//! The report's pictures.
+//! Figures of the table report.
 
 use finger::capability::GRAVITY_M_S2;
 use finger::chain::Chain;
 use finger::links;
+use finger::table::interpolation_error_percent;
 use plotters::chart::SeriesLabelPosition;
 use plotters::style::RGBColor;
 
-use super::{Report, published_up_to};
+use super::{TableReport, published_up_to};
 use crate::paper::{ACCELERATIONS, EXPERIMENTS, Stated};
 use report::charts::{self, Look, Panel, Series};
 use report::style::{INK, PALETTE};
@@ -15,8 +16,11 @@ use sim::scenario::ObjectKind;
 /// Pressure of the paper's experiments (section 4.2), kPa.
 const EXPERIMENTS_KPA: f64 = 140.0;
 
-impl Report {
+impl TableReport {
     /// Every picture with its file's name.
+    ///
+    /// # Errors
+    /// If the drawing library fails.
     pub fn pictures(&self) -> anyhow::Result<Vec<(&'static str, String)>> {
         let mut pictures = vec![
             (
@@ -115,7 +119,7 @@ impl Report {
 
     /// Interpolation error over pressure.
     fn interpolation(&self) -> Panel {
-        let points = self.table.interpolation_error_percent(&self.recipe.chain);
+        let points = interpolation_error_percent(&self.table, &self.recipe.chain);
         Panel {
             title: "interpolation error of the table; the budget is 0.1 %".into(),
             x_label: "pressure, kPa",
@@ -128,7 +132,7 @@ impl Report {
         }
     }
 
-    /// What 0.1 mm and 10 % do to the tip angle.
+    /// Sensitivity of the tip angle to 0.1 mm and 10 %.
     fn sensitivity_curves(&self) -> Panel {
         let series: Vec<Series> = self
             .sensitivity

@@ -1,13 +1,15 @@
-//! The report for a person.
+//! The table report as text.
 
 use std::fmt::Write;
 
 use finger::chain::LINKS;
+use softgrip::table::{self, ObjectKind};
+use softgrip::units::Kilopascals;
 
-use super::{PUBLISHED_KPA, Report, angles, masses, stiffness, torques};
+use super::{PUBLISHED_KPA, TableReport, angles, masses, stiffness, torques};
 
-impl Report {
-    /// Everything in columns; below each published number is how far ours is from it.
+impl TableReport {
+    /// The report in columns; below each published number is our difference from it.
     pub fn text(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
@@ -31,19 +33,19 @@ impl Report {
             "{} rows to {} kPa, {} bytes of flash; interpolation within {:.3} % of full scale, lift within {:.2} %\n",
             table.rows.len(),
             table.max_pressure_kpa,
-            size_of::<softgrip::table::FingerTable>(),
+            size_of_val(table),
             table.error_bound_percent,
             table.lift_error_percent,
         )?;
         if self.recipe.grasp.is_none() {
             return writeln!(out, "no [grasp] in the recipe: lift unknown\n");
         }
-        for (name, end) in ["sphere", "cylinder"]
-            .into_iter()
-            .zip(table.lift_known_to_kpa())
-        {
-            match end {
-                Some(end) if end < table.max_pressure_kpa => writeln!(
+        for (name, kind) in [
+            ("sphere", ObjectKind::Sphere),
+            ("cylinder", ObjectKind::Cylinder),
+        ] {
+            match table::lift_known_to(table, kind) {
+                Some(Kilopascals(end)) if end < table.max_pressure_kpa => writeln!(
                     out,
                     "lift of the {name} known up to {end} kPa: beyond, fingers and object find no equilibrium\n"
                 )?,

@@ -1,4 +1,4 @@
-//! Single runs in plain words.
+//! Single runs and false alarms as text.
 
 use std::fmt::Write;
 
@@ -6,29 +6,29 @@ use crate::case::Case;
 use crate::limits::Measured;
 use crate::options::NOISE_UE;
 use crate::tally::Tally;
-use crate::trial::{Report, Trial, Verdict};
+use crate::trial::{Classification, ControllerReport, Trial};
 
 /// False alarms that are shown of each level of noise.
 const SHOWN: usize = 30;
 
-/// Everything that went wrong on the losses, with what is needed to run it again.
+/// All errors on the losses, with the parameters that repeat each run.
 pub fn wrong(trials: &[Trial]) -> String {
     let wrong = trials.iter().filter(|trial| {
         !matches!(
-            trial.verdict(),
-            Verdict::Quiet | Verdict::Reported(_) | Verdict::Displaced
+            trial.classification(),
+            Classification::Quiet | Classification::Reported(_) | Classification::Displaced
         )
     });
     wrong.map(|trial| line(trial) + "\n").collect()
 }
 
-/// The reports that came last at each level of noise.
+/// The slowest reports at each level of noise.
 pub fn slowest(trials: &[Trial], number: usize) -> String {
     let mut out = String::new();
     for noise in NOISE_UE {
         let of = trials.iter().filter(|trial| trial.noise_ue == noise);
-        let reported = of.filter_map(|trial| match trial.verdict() {
-            Verdict::Reported(ms) => Some((ms, trial)),
+        let reported = of.filter_map(|trial| match trial.classification() {
+            Classification::Reported(ms) => Some((ms, trial)),
             _ => None,
         });
         let mut reported: Vec<_> = reported.collect();
@@ -40,7 +40,7 @@ pub fn slowest(trials: &[Trial], number: usize) -> String {
     out
 }
 
-/// The false alarms of the generator.
+/// The false alarms of the workload.
 pub fn alarms(tallies: &[Tally]) -> String {
     let mut out = String::new();
     for tally in tallies {
@@ -65,7 +65,7 @@ pub fn alarms(tallies: &[Tally]) -> String {
     out
 }
 
-/// One trial in one line.
+/// A trial as one line.
 pub fn line(trial: &Trial) -> String {
     let case = &trial.case;
     let mut text = format!(
@@ -74,21 +74,21 @@ pub fn line(trial: &Trial) -> String {
         case.index,
         trial.noise_ue,
     );
-    text += &match trial.verdict() {
-        Verdict::Quiet => "held".into(),
-        Verdict::Reported(ms) => format!("{ms:.0} ms"),
-        Verdict::Missed => "MISSED".into(),
-        Verdict::FalseAlarm => "FALSE ALARM".into(),
-        Verdict::NotRecognised => "GRIP NOT RECOGNISED".into(),
-        Verdict::Misnamed => "MISNAMED".into(),
-        Verdict::Displaced => "displaced".into(),
+    text += &match trial.classification() {
+        Classification::Quiet => "held".into(),
+        Classification::Reported(ms) => format!("{ms:.0} ms"),
+        Classification::Missed => "MISSED".into(),
+        Classification::FalseAlarm => "FALSE ALARM".into(),
+        Classification::NotRecognised => "GRIP NOT RECOGNISED".into(),
+        Classification::Misnamed => "MISNAMED".into(),
+        Classification::Displaced => "displaced".into(),
     };
     match &trial.report {
-        Report::Nothing => text.push_str(", nothing reported"),
-        Report::Lost { t_s, moved_mm } => {
+        ControllerReport::Nothing => text.push_str(", nothing reported"),
+        ControllerReport::Lost { t_s, moved_mm } => {
             let _ = write!(text, ", lost at {t_s:.3} s (moved {moved_mm:.1} mm)");
         }
-        Report::Other { t_s, event } => {
+        ControllerReport::Other { t_s, event } => {
             let _ = write!(text, ", {event:?} at {t_s:.3} s");
         }
     }

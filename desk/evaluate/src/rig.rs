@@ -1,4 +1,5 @@
-//! The simulated fingers and an object on an arm that goes where it is told: the plant of an identification.
+//! The simulated fingers with an object on an arm with a prescribed acceleration: the plant for the
+//! identification.
 
 use finger::chain::Chain;
 use sim::plant::world_config;
@@ -11,17 +12,17 @@ pub const STEP_S: f64 = 0.001;
 /// Pressures of a closing, kPa apart.
 pub const GRID_KPA: f64 = 2.0;
 
-/// The fingers, an object and an arm that goes where it is told.
-pub struct Bench {
+/// Fingers and object on an arm with a prescribed acceleration.
+pub struct Rig {
     world: World,
     chain: Chain,
     pressure_kpa: f64,
-    /// Where the palm is, m.
+    /// Position of the palm, m.
     pub position_m: [f64; 3],
     velocity_m_s: [f64; 3],
 }
 
-impl Bench {
+impl Rig {
     /// Open fingers above the object on its fixture.
     fn open(setup: &Setup) -> Self {
         let mut setup = setup.clone();
@@ -39,24 +40,24 @@ impl Bench {
 
     /// The object held at a pressure and lifted off, at rest.
     pub fn holding(setup: &Setup, pressure_kpa: f64) -> Self {
-        let mut bench = Self::open(setup);
+        let mut rig = Self::open(setup);
         let ticks = |s: f64| (s / STEP_S) as usize;
         for n in 0..ticks(1.0) {
-            bench.pressure_kpa = pressure_kpa * (n as f64 / ticks(0.6) as f64).min(1.0);
-            bench.step([0.0; 3]);
+            rig.pressure_kpa = pressure_kpa * (n as f64 / ticks(0.6) as f64).min(1.0);
+            rig.step([0.0; 3]);
         }
         for acceleration in [2.0, -2.0] {
             for _ in 0..ticks(0.4) {
-                bench.step([0.0, 0.0, acceleration]);
+                rig.step([0.0, 0.0, acceleration]);
             }
         }
         for _ in 0..ticks(0.4) {
-            bench.step([0.0; 3]);
+            rig.step([0.0; 3]);
         }
-        bench
+        rig
     }
 
-    /// One step of 1 ms at this acceleration of the palm.
+    /// Advances by 1 ms at this acceleration of the palm, m/s².
     pub fn step(&mut self, acceleration_m_s2: [f64; 3]) {
         let motion = self.position_m.iter_mut().zip(&mut self.velocity_m_s);
         for ((position, velocity), acceleration) in motion.zip(acceleration_m_s2) {
@@ -85,23 +86,23 @@ impl Bench {
 
 /// Mean residual of a finger while the object is gripped slowly on its fixture; its mass has no share in it.
 pub fn closing(setup: &Setup) -> Vec<f64> {
-    let mut bench = Bench::open(setup);
+    let mut rig = Rig::open(setup);
     let steps = (setup.chain.max_pressure_kpa() / GRID_KPA) as usize;
     (0..=steps)
         .map(|n| {
-            bench.pressure_kpa = n as f64 * GRID_KPA;
+            rig.pressure_kpa = n as f64 * GRID_KPA;
             // Slow against the finger's 26 ms: 50 ms for each 2 kPa.
             for _ in 0..50 {
-                bench.step([0.0; 3]);
+                rig.step([0.0; 3]);
             }
-            let sum: f64 = bench.residual_ue().iter().sum();
+            let sum: f64 = rig.residual_ue().iter().sum();
             // Before the first touch the finger's own weight is no contact.
             (sum / FINGERS as f64).max(0.0)
         })
         .collect()
 }
 
-/// What an answer across in x and y is to each finger.
+/// Response of each finger to a response across, given in x and y.
 pub fn spread([x, y]: [f64; 2]) -> [f64; FINGERS] {
     directions().map(|[cos, sin]| cos * x + sin * y)
 }

@@ -1,0 +1,62 @@
+//! How three fingers of a recipe stand around its objects, and what they lift.
+
+use crate::capability::{Grip, GripError};
+use crate::chain::Chain;
+use crate::object::Object;
+
+/// An object on the gripper's axis and where it is gripped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gripped {
+    /// Shape and size.
+    pub object: Object,
+    /// Distance of its centre below the palm, m.
+    pub depth_m: f64,
+}
+
+/// How three fingers stand around an object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grasp {
+    /// Distance of the fingers' clamps from the gripper's axis, m.
+    pub palm_radius_m: f64,
+    /// Distance of the finger's touching surface from the chain, m.
+    pub link_radius_m: f64,
+    /// Coefficient of Coulomb friction between finger and object.
+    pub friction: f64,
+    /// The sphere that the table is for.
+    pub sphere: Gripped,
+    /// The upright cylinder that the table is for.
+    pub cylinder: Gripped,
+}
+
+impl Grasp {
+    /// Three such fingers at a pressure, kPa, as statics takes them.
+    pub fn grip(&self, finger: &Chain, pressure_kpa: f64) -> Grip {
+        Grip {
+            link_length_m: finger.link_length_m,
+            joint_stiffness_nm_per_rad: finger.joint_stiffness_nm_per_rad,
+            free_angle_rad: finger.joint_angles_rad(pressure_kpa),
+            palm_radius_m: self.palm_radius_m,
+            link_radius_m: self.link_radius_m,
+            friction: self.friction,
+        }
+    }
+
+    /// Greatest force of three fingers against gravity on an object at a pressure, kPa, in N
+    /// ([`Grip::strongest`]); none where fingers and object find no equilibrium.
+    ///
+    /// # Errors
+    /// [`GripError`], if a dimension is wrong or the object does not fit between the open fingers.
+    pub fn lift_n(
+        &self,
+        gripped: Gripped,
+        finger: &Chain,
+        pressure_kpa: f64,
+    ) -> Result<Option<f64>, GripError> {
+        let grip = self.grip(finger, pressure_kpa);
+        match grip.strongest(gripped.object, gripped.depth_m) {
+            Ok(hold) => Ok(Some(hold.lift_n)),
+            Err(GripError::NoEquilibrium { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+}
