@@ -1,7 +1,7 @@
 //! Finger recipe → table.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 /// The recipe of the finger that the firmware is for, relative to this package.
 const DEFAULT_RECIPE: &str = "recipes/rtv225.toml";
@@ -44,10 +44,31 @@ fn table(path: &Path) -> Result<String, Box<dyn std::error::Error>> {
     Ok(format!("{table:?}"))
 }
 
+/// The commit that the image is built from, with a plus sign where files differ from it; what is no checkout
+/// has none.
+fn commit() -> String {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        output.status.success().then(|| text.trim().to_owned())
+    };
+    let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else {
+        return "no commit".into();
+    };
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
+        println!("cargo::rerun-if-changed={log}");
+    }
+    match git(&["status", "--porcelain", "--untracked-files=no"]) {
+        Some(changes) if changes.is_empty() => commit,
+        _ => format!("{commit}+"),
+    }
+}
+
 /// Link arguments of the firmware; the host's binaries need none.
 fn link_firmware() {
     println!("cargo::rerun-if-changed=memory.x");
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
+        println!("cargo::rustc-env=SOFTGRIP_COMMIT={}", commit());
         // The linker looks for memory.x here.
         println!("cargo::rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
         for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {

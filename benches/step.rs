@@ -18,6 +18,7 @@ fn frame(tick: u64) -> RawFrame {
         gauges: [AdcCode(FE.gauge_code(Microstrain(4_000.0 + 20.0 * flicker)) as u16); 3],
         monitor: AdcCode(FE.monitor_code(Kilopascals(140.0)) as u16),
         supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
+        rail: softgrip::frontend::RAIL,
         scans: 10,
         overrun: false,
         carried: false,

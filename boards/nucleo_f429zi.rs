@@ -1,19 +1,20 @@
 //! NUCLEO-F429ZI (MB1137): pins, clocks, converters. The wiring stands in `boards/README.md`; pin names
 //! in brackets are those of the board's Zio and Arduino headers (UM1974, table 17).
 
+use cortex_m::peripheral::DWT;
 use embassy_executor::SendSpawner;
 use embassy_stm32::adc::{Adc, AdcChannel, CONTINUOUS, Exten, RingBufferedAdc, SampleTime};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::peripherals::{ADC1, DMA2_CH0, IWDG, PA3, PB1, PC0, PC2, PC3};
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+use embassy_stm32::peripherals::{ADC1, DMA2_CH0, PA3, PB1, PC0, PC2, PC3};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
 };
 use embassy_stm32::time::Hertz;
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, Peri, bind_interrupts, dma, interrupt, pac};
+use embassy_stm32::{Config, Peri, Peripherals, bind_interrupts, dma, interrupt, pac};
 use softgrip::RawFrame;
-use softgrip::frontend::FrontEnd;
+use softgrip::frontend::{self, FrontEnd};
 use softgrip::inputs::Levels;
 use softgrip::scan::{self, CHANNELS};
 use softgrip::telemetry::Indicators;
@@ -29,13 +30,21 @@ pub const FRONT_END: FrontEnd = FrontEnd::REFERENCE;
 /// No pressure.
 const SAFE: DacCode = DacCode(0);
 
-/// The watchdog's own clock is good for 17 to 47 kHz (DS9405, LSI characteristics), so a nominal
-/// 100 ms are 68 to 188 ms; it is fed every 20 ms.
-const WATCHDOG_US: u32 = 100_000;
+/// The watchdog counts at a quarter of its own clock, 8 kHz: 100 ms. That clock is good for 17 to 47 kHz
+/// (DS9405, LSI characteristics), so these are 68 to 188 ms; it is fed every 20 ms.
+const WATCHDOG_COUNTS: u16 = 800;
 
-/// Samples in the transfer's ring: 32 scans are 3.5 ms, so a tick may be late by two.
+/// The ST-LINK's clock is there before the chip runs, or comes seconds late, or not at all.
+const HSE_WITHIN_US: u32 = 20_000;
+
+/// The core's clock at start-up, and what it may be later: what a wait is counted by.
+const HSI_MHZ: u32 = 16;
+const HIGHEST_MHZ: u32 = 180;
+
+/// Samples in the transfer's ring: 32 scans are 3.6 ms, so a tick may be late by two.
 const RING: usize = 32 * CHANNELS;
-/// Samples looked at in one tick: a scan takes 109 µs, so there are nine or ten scans of them.
+/// Samples looked at in one tick: a scan takes 114 µs, so there are seven or eight whole ones. What is cut at
+/// either end is left out.
 const BATCH: usize = 16 * CHANNELS;
 
 bind_interrupts!(struct Interrupts {
@@ -48,21 +57,67 @@ pub struct Board {
     pub regulator: Regulator,
     pub inputs: InputPins,
     pub indicators: IndicatorPins,
-    pub watchdog: IndependentWatchdog<'static, IWDG>,
+}
+
+/// What the chip runs on.
+#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub enum Clock {
+    /// 180 MHz from the ST-LINK's crystal, within 50 ppm.
+    External,
+    /// 168 MHz from the chip's own oscillator: within 1 % at 25 °C, −8 to +4.5 % from −40 to 105 °C (DS9405,
+    /// HSI characteristics). Every time of the controller is off by that.
+    Internal,
 }
 
 /// Starts clocks and drivers. The output is safe before and after.
-pub fn init() -> Board {
+pub fn init() -> (Board, Clock) {
+    let clock = match external_clock() {
+        true => Clock::External,
+        false => Clock::Internal,
+    };
+    let p = embassy_stm32::init(config(clock));
+    // Setting up the ports may have reset the pin's mode.
+    safe_output();
+    if clock == Clock::External {
+        // A clock that fails later is an exception without a handler, and the next start does without it.
+        pac::RCC.cr().modify(|w| w.set_csson(true));
+    }
+    // The driver has written the wait states alone.
+    pac::FLASH.acr().modify(|w| {
+        w.set_prften(true);
+        w.set_icen(true);
+        w.set_dcen(true);
+    });
+    (board(p), clock)
+}
+
+/// Whether the ST-LINK's clock is there, and stays switched on.
+fn external_clock() -> bool {
+    pac::RCC.cr().modify(|w| w.set_hsebyp(true));
+    pac::RCC.cr().modify(|w| w.set_hseon(true));
+    let there = wait_for(HSE_WITHIN_US, || pac::RCC.cr().read().hserdy());
+    if !there {
+        pac::RCC.cr().modify(|w| w.set_hseon(false));
+    }
+    there
+}
+
+fn config(clock: Clock) -> Config {
     let mut config = Config::default();
-    // 8 MHz from the ST-LINK's MCO (UM1974, OSC clock supply) / 4 × 180 / 2 = 180 MHz.
-    config.rcc.hse = Some(Hse {
+    let (source, prediv, mul) = match clock {
+        // 8 MHz from the ST-LINK's MCO (UM1974, OSC clock supply) / 4 × 180 / 2 = 180 MHz.
+        Clock::External => (PllSource::HSE, PllPreDiv::DIV4, PllMul::MUL180),
+        // 16 MHz / 8 × 168 / 2 = 168 MHz: 4.5 % more stay below 180.
+        Clock::Internal => (PllSource::HSI, PllPreDiv::DIV8, PllMul::MUL168),
+    };
+    config.rcc.hse = (clock == Clock::External).then_some(Hse {
         freq: Hertz::mhz(8),
         mode: HseMode::Bypass,
     });
-    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll_src = source;
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV4,
-        mul: PllMul::MUL180,
+        prediv,
+        mul,
         divp: Some(PllPDiv::DIV2),
         divq: None,
         divr: None,
@@ -72,10 +127,10 @@ pub fn init() -> Board {
     // Their limits are 45 and 90 MHz.
     config.rcc.apb1_pre = APBPrescaler::DIV4;
     config.rcc.apb2_pre = APBPrescaler::DIV2;
-    let p = embassy_stm32::init(config);
-    // Setting up the ports may have reset the pin's mode.
-    safe_output();
+    config
+}
 
+fn board(p: Peripherals) -> Board {
     let pull = Pull::Up;
     let (off, slow) = (Level::Low, Speed::Low);
     Board {
@@ -87,6 +142,7 @@ pub fn init() -> Board {
             gauge_3: p.PC3,
             monitor: p.PC2,
             supply: p.PB1,
+            calibrated: frontend::reference_code(factory_reference()),
             ring: [0; RING],
         },
         regulator: Regulator(()),
@@ -105,7 +161,6 @@ pub fn init() -> Board {
             blue: Output::new(p.PB7, off, slow),
             red: Output::new(p.PB14, off, slow),
         },
-        watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG_US),
     }
 }
 
@@ -146,6 +201,91 @@ fn write_dac(code: DacCode) {
     pac::DAC1.dhr12r(0).write(|w| w.set_dhr(code.0));
 }
 
+/// Starts the watchdog, which nothing stops. Its first time is half a second (348 to 964 ms): what is set here
+/// counts from the first feeding on.
+pub fn start_watchdog() {
+    let watchdog = pac::IWDG;
+    watchdog.kr().write(|w| w.set_key(Key::START));
+    watchdog.kr().write(|w| w.set_key(Key::ENABLE));
+    watchdog.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
+    watchdog.rlr().write(|w| w.set_rl(WATCHDOG_COUNTS - 1));
+}
+
+/// Gives the watchdog its whole time again.
+pub fn feed_watchdog() {
+    pac::IWDG.kr().write(|w| w.set_key(Key::RESET));
+}
+
+/// Waits by the core's cycles: at least so long, whatever the clock.
+pub fn wait_us(us: u32) {
+    wait_for(us, || false);
+}
+
+/// Waits until something is so, for this long at most. Says whether it is.
+fn wait_for(us: u32, so: impl Fn() -> bool) -> bool {
+    let mhz = match pac::RCC.cfgr().read().sws() {
+        Sysclk::HSI => HSI_MHZ,
+        _ => HIGHEST_MHZ,
+    };
+    // SAFETY: nobody else uses the counter or what switches it on.
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+    let began = DWT::cycle_count();
+    while DWT::cycle_count().wrapping_sub(began) < us.saturating_mul(mhz) {
+        if so() {
+            return true;
+        }
+        // Microseconds: no need to keep the bus busy.
+        cortex_m::asm::delay(50);
+    }
+    so()
+}
+
+/// Lights LD3 and tells the robot FAULT, by register: before the drivers, or behind them.
+pub fn show_fault() {
+    let output = pac::gpio::vals::Moder::OUTPUT;
+    pac::RCC.ahb1enr().modify(|w| {
+        w.set_gpioben(true);
+        w.set_gpioden(true);
+    });
+    pac::RCC.ahb1enr().read();
+    pac::GPIOB.bsrr().write(|w| w.set_bs(14, true));
+    pac::GPIOB.moder().modify(|w| w.set_moder(14, output));
+    pac::GPIOD.bsrr().write(|w| w.set_bs(15, true));
+    pac::GPIOD.moder().modify(|w| w.set_moder(15, output));
+}
+
+/// Whether the robot applies 24 V to ACK, by register.
+pub fn acknowledged() -> bool {
+    pac::RCC.ahb1enr().modify(|w| w.set_gpiofen(true));
+    pac::RCC.ahb1enr().read();
+    pac::GPIOF
+        .pupdr()
+        .modify(|w| w.set_pupdr(12, pac::gpio::vals::Pupdr::PULL_UP));
+    pac::GPIOF.idr().read().idr(12) == pac::gpio::vals::Idr::LOW
+}
+
+/// The chip's own number (RM0090, unique device ID register).
+pub fn unique_id() -> [u8; 12] {
+    embassy_stm32::uid::uid()
+}
+
+/// What the internal reference read at the factory, at 3.3 V and 30 °C (DS9405, embedded reference voltage).
+fn factory_reference() -> u16 {
+    const VREFIN_CAL: *const u16 = 0x1fff_7a2a as *const u16;
+    // SAFETY: a readable halfword of the chip's system memory, aligned, and never written.
+    unsafe { VREFIN_CAL.read_volatile() }
+}
+
+/// Says so where the chip would run on below 2.7 V: set once with a programmer, as `boards/README.md` shows.
+pub fn check_brown_out() {
+    // Level 3 is zero (RM0090, FLASH_OPTCR).
+    if pac::FLASH.optcr().read().bor_lev() != 0 {
+        defmt::warn!("brown-out level 3 is not set: see boards/README.md");
+    }
+}
+
 /// Why the chip has started.
 #[derive(Clone, Copy, defmt::Format)]
 pub enum ResetReason {
@@ -155,13 +295,6 @@ pub enum ResetReason {
     Software,
     Watchdog,
     Other,
-}
-
-impl ResetReason {
-    /// Whether the program failed: it hung, or it reset the chip after a panic or a fault.
-    pub fn is_the_programs(self) -> bool {
-        matches!(self, Self::Software | Self::Watchdog)
-    }
 }
 
 /// Reads the reset flags and clears them for the next time.
@@ -198,22 +331,28 @@ pub struct Converter {
     monitor: Peri<'static, PC2>,
     /// [A6]
     supply: Peri<'static, PB1>,
+    /// What the internal reference reads at 3.3 V.
+    calibrated: u16,
     ring: [u16; RING],
 }
 
 impl Converter {
     /// Starts at the first channel. Dropping the scan stops converter and transfer.
     pub fn start(&mut self) -> Scan<'_> {
-        let channels = [
-            self.gauge_1.reborrow().degrade_adc(),
-            self.gauge_2.reborrow().degrade_adc(),
-            self.gauge_3.reborrow().degrade_adc(),
-            self.monitor.reborrow().degrade_adc(),
-            self.supply.reborrow().degrade_adc(),
+        let adc = Adc::new(self.adc.reborrow());
+        let reference = adc.enable_vrefint();
+        // At 22.5 MHz, with 12 cycles of conversion, 21.9 and 4.3 µs per channel. The internal reference asks
+        // for 10 µs of sampling; the supply moves slowly, and a capacitor holds it.
+        let (long, short) = (SampleTime::CYCLES480, SampleTime::CYCLES84);
+        let sequence = [
+            (self.gauge_1.reborrow().degrade_adc(), long),
+            (self.gauge_2.reborrow().degrade_adc(), long),
+            (self.gauge_3.reborrow().degrade_adc(), long),
+            (self.monitor.reborrow().degrade_adc(), long),
+            (self.supply.reborrow().degrade_adc(), short),
+            (reference.degrade_adc(), long),
         ];
-        // 22.5 MHz, 480 cycles of sampling and 12 of conversion: 21.9 µs per channel.
-        let sequence = channels.map(|channel| (channel, SampleTime::CYCLES480));
-        let mut ring = Adc::new(self.adc.reborrow()).into_ring_buffered(
+        let mut ring = adc.into_ring_buffered(
             self.dma.reborrow(),
             &mut self.ring,
             Interrupts,
@@ -222,12 +361,18 @@ impl Converter {
             Exten::DISABLED,
         );
         ring.start();
-        Scan(ring)
+        Scan {
+            ring,
+            calibrated: self.calibrated,
+        }
     }
 }
 
 /// A running scan.
-pub struct Scan<'a>(RingBufferedAdc<'a, ADC1>);
+pub struct Scan<'a> {
+    ring: RingBufferedAdc<'a, ADC1>,
+    calibrated: u16,
+}
 
 impl Scan<'_> {
     /// The mean of what has been converted since the last call.
@@ -235,9 +380,13 @@ impl Scan<'_> {
     #[inline(never)]
     pub fn frame(&mut self) -> RawFrame {
         let mut samples = [0; BATCH];
-        let count = self.0.read_latest(&mut samples);
+        let count = self.ring.read_latest(&mut samples);
         let overrun = pac::ADC1.sr().read().ovr();
-        scan::average(samples.get(..count).unwrap_or_default(), overrun)
+        scan::average(
+            samples.get(..count).unwrap_or_default(),
+            self.calibrated,
+            overrun,
+        )
     }
 }
 

@@ -9,8 +9,8 @@ use channel::Channel;
 use monitor::MonitorWire;
 use noise::Gains;
 
-use crate::frontend::FrontEnd;
-use crate::units::{AdcCode, FINGERS, Kilopascals, Microstrain, Volts};
+use crate::frontend::{FrontEnd, rail_factor, rail_is_good};
+use crate::units::{AdcCode, FINGERS, Kilopascals, Microstrain, Millivolts, Volts};
 
 pub use channel::Gauge;
 pub use monitor::Monitor;
@@ -25,6 +25,8 @@ pub struct RawFrame {
     pub monitor: AdcCode,
     /// The supply voltage.
     pub supply: AdcCode,
+    /// The 3.3 V rail that these codes are shares of, as the chip's internal reference tells it.
+    pub rail: Millivolts,
     /// Scans behind these means; zero says that nothing new arrived.
     pub scans: u16,
     /// The converter lost data, so channels may be mixed up.
@@ -56,6 +58,8 @@ pub struct Reading {
     pub monitor: Monitor,
     /// The supply, if measured in this tick.
     pub supply: Option<Volts>,
+    /// The converters' reference was measured in this tick, and is not good enough to measure by.
+    pub rail_is_off: bool,
     /// Ticks since the last usable frame.
     pub stale_ticks: u32,
     /// The converter lost data in this tick.
@@ -106,16 +110,18 @@ impl Conditioner {
             true => self.gauges(frame, front_end, expected),
             false => core::array::from_fn(|i| self.channels[i].missing()),
         };
+        let rail = rail_factor(frame.rail);
         Reading {
             gauges,
             noise_variance: core::array::from_fn(|i| self.channels[i].noise_variance()),
             monitor: match has_data {
                 true => self
                     .monitor
-                    .step(frame.monitor, front_end, expected.pressure),
+                    .step(frame.monitor, rail, front_end, expected.pressure),
                 false => Monitor::Missing,
             },
-            supply: has_data.then(|| front_end.supply(frame.supply)),
+            supply: has_data.then(|| Volts(rail * front_end.supply(frame.supply).0)),
+            rail_is_off: has_data && !rail_is_good(frame.rail),
             stale_ticks: self.stale_ticks,
             overrun: frame.overrun,
         }

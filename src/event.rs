@@ -50,6 +50,9 @@ pub enum Event {
     TareDue,
     /// What was latched has been acknowledged.
     Acknowledged,
+    /// The board's external clock is missing, and it runs on the chip's own oscillator. The firmware says it
+    /// at its start; the controller never does.
+    ClockInternal,
 }
 
 /// Events of one tick: three contacts or gauge faults, a fault and its cause, a state change, and

@@ -52,6 +52,8 @@ pub enum Fault {
     AdcStale = 32,
     /// The converter lost data for some ticks in a row.
     AdcOverrun = 33,
+    /// The 3.3 V rail, which is the converters' reference, is off by more than 5 %.
+    RailOff = 34,
     /// The stop input opened, or a stop was commanded.
     Stopped = 48,
     /// The robot has said nothing for longer than the settings allow.
@@ -118,7 +120,7 @@ const AT_START: [bool; 6] = [false; 6];
 
 /// What every fault does, in the order of their numbers.
 #[rustfmt::skip]
-pub const RULES: [Rule; 18] = [
+pub const RULES: [Rule; 19] = [
     // Above the limit, or with a monitor that cannot say so, there is nothing safe to hold.
     row(Fault::OverPressure,      1, SafeOutput::Vent, false, true, ALWAYS),
     // The air is in doubt: a grip that weakens is no loss to be told from it.
@@ -137,6 +139,8 @@ pub const RULES: [Rule; 18] = [
     row(Fault::GaugeNoisy,       20, SafeOutput::AsSet, false, true, ALWAYS),
     row(Fault::AdcStale,          5, SafeOutput::AsSet, false, true, ALWAYS),
     row(Fault::AdcOverrun,        5, SafeOutput::AsSet, false, true, ALWAYS),
+    // What is measured and what is commanded are in doubt.
+    row(Fault::RailOff,          20, SafeOutput::Vent, false, true, ALWAYS),
     row(Fault::Stopped,           1, SafeOutput::AsSet, true, true, ALWAYS),
     row(Fault::HostSilent,        1, SafeOutput::AsSet, true, true, ALWAYS),
     row(Fault::SettingsInvalid,   1, SafeOutput::Vent, false, false, AT_START),

@@ -3,7 +3,7 @@
 //! Both directions stand here, so that the simulated gripper and the firmware cannot disagree.
 
 use crate::math::{larger, smaller};
-use crate::units::{AdcCode, DacCode, Kilopascals, Microstrain, Volts};
+use crate::units::{AdcCode, DacCode, Kilopascals, Microstrain, Millivolts, Volts};
 
 /// Scale of every analogue channel. `boards/README.md` shows the circuit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +34,49 @@ pub struct FrontEnd {
 const VREF: f32 = 3.3;
 /// Volts of one left-aligned ADC code: 4096 steps of 12 bits, times 16.
 const V_PER_ADC_CODE: f32 = VREF / 65_536.0;
+
+/// The 3.3 V rail, which is the reference of all converters, where it is exactly right.
+pub const RAIL: Millivolts = Millivolts(3_300);
+/// Farther off than this share, 5 %, the board's regulator is faulty or overloaded: it is good for 2 % at
+/// 25 °C and 3 % over temperature. What the chip says of it is good for 1 %: 0.3 % of factory calibration,
+/// which is done at 3.3 V ± 10 mV, and 0.4 % of temperature (DS9405, embedded reference voltage).
+const RAIL_TOLERANCE: u16 = RAIL.0 / 20;
+
+/// Codes of the chip's internal reference, 12 bits at 3.3 V: 1.18 to 1.24 V, and 1.21 V typically.
+const REFERENCE_CODES: core::ops::RangeInclusive<u16> = 1_464..=1_539;
+const TYPICAL_REFERENCE_CODE: u16 = 1_502;
+
+/// The factory's code of the internal reference, or the typical one where the factory has left none.
+pub fn reference_code(factory: u16) -> u16 {
+    match REFERENCE_CODES.contains(&factory) {
+        true => factory,
+        false => TYPICAL_REFERENCE_CODE,
+    }
+}
+
+/// The rail at which the internal reference reads `code`, where it reads `calibrated`, 12 bits, at 3.3 V.
+pub fn rail(code: AdcCode, calibrated: u16) -> Millivolts {
+    let code = u32::from(code.0);
+    // Left-aligned, as the code is.
+    let calibrated = 16 * u32::from(calibrated);
+    let millivolts = u32::from(RAIL.0)
+        .saturating_mul(calibrated)
+        .saturating_add(code / 2)
+        .checked_div(code)
+        .unwrap_or(u32::MAX);
+    Millivolts(u16::try_from(millivolts).unwrap_or(u16::MAX))
+}
+
+/// Whether the rail is good enough to measure by.
+pub fn rail_is_good(rail: Millivolts) -> bool {
+    (RAIL.0 - RAIL_TOLERANCE..=RAIL.0 + RAIL_TOLERANCE).contains(&rail.0)
+}
+
+/// What a voltage is multiplied by that was computed from its code as if the rail were 3.3 V. Gauges need none
+/// of it: their bridges hang on the same rail.
+pub fn rail_factor(rail: Millivolts) -> f32 {
+    f32::from(rail.0) / f32::from(RAIL.0)
+}
 
 impl FrontEnd {
     /// The front end of `boards/README.md`, which every supported board carries.
@@ -129,5 +172,54 @@ mod tests {
         assert_eq!(FE.command(Kilopascals(f32::NEG_INFINITY)), DacCode(0));
         // 3.0 V of 3.3 V.
         assert_eq!(FE.command(Kilopascals(f32::INFINITY)), DacCode(3724));
+    }
+
+    #[test]
+    fn the_internal_reference_tells_the_rail() {
+        // 1.21 V as each rail sees it.
+        for rail_mv in [2_700, 3_135, 3_234, 3_300, 3_366, 3_465, 3_600] {
+            let code = AdcCode((1.21 / (1e-3 * f32::from(rail_mv)) * 65_536.0) as u16);
+            let told = rail(code, 1_502);
+            assert!(told.0.abs_diff(rail_mv) <= 2, "{told:?}, not {rail_mv} mV");
+        }
+        assert_eq!(rail(AdcCode(16 * 1_520), 1_520), RAIL);
+        assert_eq!(rail(AdcCode(0), 1_502), Millivolts(u16::MAX));
+        assert!(!rail_is_good(rail(AdcCode(u16::MAX), 1_502)));
+    }
+
+    #[test]
+    fn a_chip_without_calibration_has_the_typical_one() {
+        assert_eq!(reference_code(1_489), 1_489);
+        for none in [0, 1_463, 1_540, u16::MAX] {
+            assert_eq!(reference_code(none), 1_502);
+        }
+    }
+
+    #[test]
+    fn a_rail_is_good_within_5_percent() {
+        for (rail, good) in [
+            (3_134, false),
+            (3_135, true),
+            (3_300, true),
+            (3_465, true),
+            (3_466, false),
+        ] {
+            assert_eq!(rail_is_good(Millivolts(rail)), good, "{rail} mV");
+        }
+    }
+
+    #[test]
+    fn a_rail_that_is_off_by_2_percent_shows_the_true_pressure() {
+        for off in [-0.02, 0.02] {
+            let seen = FE.monitor_code(Kilopascals(150.0)) / (1.0 + off);
+            let rail = Millivolts((3_300.0 * (1.0 + off)) as u16);
+            let told = FE.pressure(AdcCode(seen as u16)).0 * rail_factor(rail);
+            assert!((told - 150.0).abs() < 0.05, "{told}");
+        }
+    }
+
+    #[test]
+    fn a_rail_that_is_right_changes_nothing() {
+        assert_eq!(rail_factor(RAIL), 1.0);
     }
 }

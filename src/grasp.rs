@@ -74,6 +74,7 @@ pub struct Supervisor {
     carrying: [bool; FINGERS],
     failed: [bool; FINGERS],
     supply_ticks: u16,
+    rail_ticks: u16,
     tare_was_due: bool,
     /// The last command but acknowledgements, when it came last, and its answer.
     asked: Option<(Command, Instant, Answer)>,
@@ -104,6 +105,7 @@ impl Supervisor {
             carrying: [false; FINGERS],
             failed: [false; FINGERS],
             supply_ticks: 0,
+            rail_ticks: 0,
             tare_was_due: false,
             asked: None,
             acknowledged: None,

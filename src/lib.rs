@@ -55,6 +55,10 @@ pub mod controller;
 
 pub mod telemetry;
 
+pub mod failure;
+
+pub mod march;
+
 pub use command::{Answer, Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};

@@ -16,42 +16,107 @@ mod control;
 mod failsafe;
 #[path = "firmware/links.rs"]
 mod links;
+#[path = "firmware/record.rs"]
+mod record;
 #[path = "firmware/telemetry.rs"]
 mod telemetry;
 
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use softgrip::Controller;
+use softgrip::failure::Failure;
 use softgrip::fault::Fault;
+use softgrip::march::march;
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
+
+use board::{Clock, ResetReason};
+
+// The output is the chip's first act. Then the memory of the variables is tested, which nobody uses yet: 3 ms
+// at the chip's first clock. With bad memory nothing can run, and the output stays safe.
+// SAFETY: the name makes it what the start-up code calls first. It uses no variable, but registers and stack.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn __pre_init() {
+    unsafe extern "C" {
+        static mut __sdata: u32;
+        static mut __ebss: u32;
+    }
+    board::safe_output();
+    let first = &raw mut __sdata;
+    let words = (&raw mut __ebss as usize - first as usize) / size_of::<u32>();
+    let good = march(
+        words,
+        // SAFETY: within the words that the start-up code is about to set.
+        |at| unsafe { first.add(at).read_volatile() },
+        |at, value| unsafe { first.add(at).write_volatile(value) },
+    );
+    if !good {
+        board::show_fault();
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+}
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     // First of all: the clocks may fail to start.
-    board::safe_output();
+    board::start_watchdog();
     let reset = board::reset_reason();
-    let board = board::init();
-    defmt::info!(
-        "softgrip {=str} on {=str}, reset: {}; finger {=str}, table {=u64:016x}, error {=f32} %",
-        env!("CARGO_PKG_VERSION"),
-        board::NAME,
+    let failure = record::at_start(reset);
+    if let Some(failure) = failure.filter(Failure::is_loop) {
+        // Before anything that may fail once more.
+        failsafe::stay(&|| {
+            defmt::error!("three failures in ten seconds: stopped, until ACK, reset or power-on");
+            failsafe::tell(&failure);
+        });
+    }
+    let (board, clock) = board::init();
+    let identity = Identity {
         reset,
-        FINGER.recipe,
-        FINGER.inputs_hash,
-        FINGER.error_bound_percent,
-    );
+        clock,
+        failure,
+    };
+    identity.tell();
 
     match Settings::for_finger(&board::FRONT_END, &FINGER).validate(&board::FRONT_END, &FINGER) {
         Ok(active) => {
-            let fault = reset.is_the_programs().then_some(Fault::Internal);
+            let fault = failure.map(|_| Fault::Internal);
             let controller = Controller::starting_with(fault, &FINGER, active);
             let (sent, received) = links::events().expect("made once");
-            spawner.spawn(telemetry::run(received).expect("spawned once"));
-            let control = control::run(board, controller, sent);
+            spawner.spawn(telemetry::run(received, identity).expect("spawned once"));
+            let control = control::run(board, controller, clock, sent);
             board::high_priority().spawn(control.expect("spawned once"));
         }
-        // Nothing starts, and the output stays safe.
-        Err(error) => defmt::error!("wrong settings: {}", error),
+        Err(error) => failsafe::stay(&|| defmt::error!("wrong settings: {}", error)),
+    }
+}
+
+/// What runs here, and since when: told at the start, and to a host that asks.
+#[derive(Clone, Copy)]
+struct Identity {
+    reset: ResetReason,
+    clock: Clock,
+    failure: Option<Failure>,
+}
+
+impl Identity {
+    fn tell(&self) {
+        defmt::info!(
+            "softgrip {=str} ({=str}) on {=str}, chip {=[u8; 12]:02x}, reset: {}, clock: {}; finger {=str}, table {=u64:016x}, error {=f32} %",
+            env!("CARGO_PKG_VERSION"),
+            env!("SOFTGRIP_COMMIT"),
+            board::NAME,
+            board::unique_id(),
+            self.reset,
+            self.clock,
+            FINGER.recipe,
+            FINGER.inputs_hash,
+            FINGER.error_bound_percent,
+        );
+        if let Some(failure) = &self.failure {
+            failsafe::tell(failure);
+        }
+        board::check_brown_out();
     }
 }

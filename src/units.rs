@@ -47,6 +47,11 @@ pub struct Kilograms(pub f32);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MetresPerSecondSquared(pub f32);
 
+/// A voltage in whole millivolts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Millivolts(pub u16);
+
 /// A voltage.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

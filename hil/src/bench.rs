@@ -1,32 +1,32 @@
 //! Runs the image on the emulated board, and stops once per millisecond for a script.
 
-use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, anyhow};
-use rigless::device::ResetCause;
-use rigless::emulator::{self, AccessKind, Driver, HitKind, Host, Settled, Start, Stop, Watch};
+use anyhow::Context;
+use rigless::device::{Level, ResetCause};
+use rigless::emulator::{
+    self, AccessKind, Driver, HitKind, Host, InterruptLine, Settled, Start, Stop, Watch,
+};
 use rigless::session::Session;
-use rigless::soc::stm32f427::generated::DAC;
+use rigless::soc::stm32f427::generated::{DAC, IWDG, TIM5};
 use rigless::soc::{Layout, Width};
 use rigless::time::VirtualNanos;
 use sha2::{Digest, Sha256};
-use sim::plant::Pins;
 use softgrip::inputs::Levels;
-use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
-use crate::board::{DacWrite, Nucleo, Restart};
-use crate::image::{Image, RAM};
+use crate::board::{DacWrite, Nucleo, REFERENCE_CODE};
+use crate::image::Image;
+use crate::moment::Moment;
 use crate::rtt::{self, Rtt};
 
 /// Nanoseconds of a millisecond.
 pub const MS: u64 = 1_000_000;
 
-/// The control tick comes 0.15 ms after the whole millisecond. What stands at the pins changes just after it,
+/// The control tick comes 0.48 ms after the whole millisecond. What stands at the pins changes just after it,
 /// so that a tick averages one state of the gripper and not two.
-const AFTER_THE_TICK: u64 = 200_000;
+const AFTER_THE_TICK: u64 = 530_000;
 
 /// When the script is called for the `ms`th time.
 pub fn moment_at(ms: u64) -> VirtualNanos {
@@ -42,8 +42,8 @@ pub struct Preset {
     pub value: u32,
 }
 
-/// What the stack is painted with.
-const PAINT: u32 = 0xa5a5_5a5a;
+/// Where the factory has noted what the internal reference reads at 3.3 V.
+const VREFIN_CAL: u64 = 0x1fff_7a2a;
 
 /// A message of the firmware, and the millisecond in which it was taken.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -131,6 +131,10 @@ pub struct Setup<'a> {
     pub image: &'a Image,
     /// What the host at the debug port does.
     pub host: rtt::Host,
+    /// The millisecond from which on it does so.
+    pub host_from_ms: u64,
+    /// Whether the ST-LINK gives the chip its clock.
+    pub has_clock: bool,
     /// What else lies in flash.
     pub placed: Option<Placed>,
     /// Time between two snapshots, µs.
@@ -141,6 +145,8 @@ pub struct Setup<'a> {
     pub watch: Option<u64>,
     /// Whether the moments are noted in which something comes into the RTT buffer. Slows the run down.
     pub watch_rtt: bool,
+    /// An instruction before which a control tick falls.
+    pub tick_before: Option<u64>,
 }
 
 impl<'a> Setup<'a> {
@@ -149,123 +155,15 @@ impl<'a> Setup<'a> {
         Self {
             image,
             host,
+            host_from_ms: 0,
+            has_clock: true,
             placed: None,
             telemetry_us: 20_000,
             preset: None,
             watch: None,
             watch_rtt: false,
+            tick_before: None,
         }
-    }
-}
-
-/// What a script sees and does, between two milliseconds.
-pub struct Moment<'a> {
-    /// Milliseconds since power-on.
-    pub ms: u64,
-    session: &'a mut Session<Nucleo>,
-    host: &'a mut dyn Host,
-    levels: &'a mut Levels,
-    stop: Stop,
-}
-
-impl Moment<'_> {
-    /// Puts voltages on the converter's pins.
-    pub fn set_pins(&mut self, pins: &Pins) {
-        self.session.board_mut().set_pins(pins);
-    }
-
-    /// Changes what the robot applies to the inputs.
-    pub fn set_levels(&mut self, levels: Levels) {
-        *self.levels = levels;
-        self.session.board_mut().set_levels(self.stop.at, levels);
-    }
-
-    /// The regulator's command.
-    pub fn command(&mut self) -> DacCode {
-        self.session.board_mut().command()
-    }
-
-    /// What the robot is told.
-    pub fn indicators(&mut self) -> Indicators {
-        self.session.board_mut().indicators()
-    }
-
-    /// A word of the chip's memory.
-    pub fn word(&mut self, address: u64) -> anyhow::Result<u32> {
-        let word = self.host.read(address, Width::W32)?;
-        Ok(word as u32)
-    }
-
-    /// Changes a word of the chip's RAM.
-    pub fn set_word(&mut self, address: u64, value: u32) -> anyhow::Result<()> {
-        self.host.write(address, Width::W32, value.into())?;
-        Ok(())
-    }
-
-    /// Reads a register of the chip as a debugger does.
-    pub fn register(&mut self, address: u64) -> anyhow::Result<u32> {
-        use rigless::mcu::Operate;
-        let value = self
-            .session
-            .mcu()
-            .peek(self.stop.at, address, Width::W32)
-            .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))?;
-        Ok(value as u32)
-    }
-
-    /// Writes a register of the chip.
-    pub fn set_register(&mut self, address: u64, value: u32) -> anyhow::Result<()> {
-        use rigless::mcu::Operate;
-        self.session
-            .mcu()
-            .write(self.stop.at, address, Width::W32, value.into())
-            .map_err(|fault| anyhow!("{address:#010x}: {fault:?}"))
-    }
-
-    /// Paints the stack, before anything has been put on it.
-    pub fn paint(&mut self, stack: Range<u64>) -> anyhow::Result<()> {
-        for address in stack.step_by(4) {
-            self.set_word(address, PAINT)?;
-        }
-        Ok(())
-    }
-
-    /// Bytes from the stack's beginning down to the last where the paint is gone.
-    pub fn used(&mut self, stack: Range<u64>) -> anyhow::Result<u64> {
-        for address in stack.clone().step_by(4) {
-            if self.word(address)? != PAINT {
-                return Ok(stack.end - address);
-            }
-        }
-        Ok(0)
-    }
-
-    /// Has the core's stores just below RAM fail, as they do on the chip; the model lets them pass.
-    pub fn guard_ram(&mut self) {
-        // Each serves once; an overflow and the fault that follows take less.
-        for _ in 0..64 {
-            self.session.fail_next(RAM.start - 0x8000, RAM.start);
-        }
-    }
-
-    /// Fills the chip's RAM with what it holds after a power-on: nothing in particular.
-    pub fn scramble_ram(&mut self) -> anyhow::Result<()> {
-        let mut noise = 0x9e37_79b9u32;
-        for address in RAM.step_by(4) {
-            // xorshift
-            noise ^= noise << 13;
-            noise ^= noise >> 17;
-            noise ^= noise << 5;
-            self.set_word(address, noise)?;
-        }
-        Ok(())
-    }
-
-    /// Restarts the chip.
-    pub fn restart(&mut self, restart: Restart) {
-        self.session.board_mut().set_restart(restart);
-        self.session
-            .reset_by_pin(self.stop.at, self.stop.instruction_count, self.host);
     }
 }
 
@@ -275,6 +173,9 @@ struct Bench<S, F> {
     script: F,
     next_ms: u64,
     rtt: Rtt,
+    host_from_ms: u64,
+    /// An instruction before which a control tick is still to be brought about.
+    tick_before: Option<u64>,
     levels: Levels,
     /// Address of the controller's step.
     step: u64,
@@ -327,7 +228,10 @@ where
             self.digest.update(code.to_le_bytes());
             self.record.dac.push(write);
         }
-        let (bytes, texts) = self.rtt.take(host)?;
+        let (bytes, texts) = match ms >= self.host_from_ms {
+            true => self.rtt.take(host)?,
+            false => Default::default(),
+        };
         self.digest.update(&bytes);
         self.digest.update(stop.instruction_count.to_le_bytes());
         self.record.rtt_bytes += bytes.len() as u64;
@@ -359,10 +263,8 @@ where
             Settled::Hit(hit) if hit.kind == HitKind::Write => {
                 self.record.rtt_writes.push(hit.at);
             }
-            // The safe output is the first that it does once its variables are there.
-            Settled::Access { access, .. }
-                if !self.preset && access.address == holding_register() =>
-            {
+            // The watchdog is the first that it starts once its variables are there.
+            Settled::Access { access, .. } if !self.preset && access.address == IWDG.base => {
                 self.preset = true;
                 for &Preset { address, value } in &self.presets {
                     if let Err(error) = host.write(address, Width::W32, value.into()) {
@@ -377,6 +279,14 @@ where
                     step: 0,
                     dac: DacCode(0),
                 });
+            }
+            Settled::Hit(hit) if Some(hit.address) == self.tick_before => {
+                self.tick_before = None;
+                if let Err(error) = session.board_mut().make_tick_due(hit.at) {
+                    self.failed = Some(error);
+                }
+                let line = InterruptLine::new(TIM5.interrupts[0]).expect("the chip has it");
+                host.set_interrupt(line, Level::High);
             }
             Settled::Hit(hit) => self.record.hits.push(hit.at),
             Settled::Access { access, value }
@@ -429,7 +339,11 @@ pub fn run<S: Send + 'static>(
         image.bytes.clone(),
         None,
     )?];
-    if let Some(placed) = &setup.placed {
+    let factory = Placed {
+        address: VREFIN_CAL,
+        bytes: REFERENCE_CODE.to_le_bytes().to_vec(),
+    };
+    for placed in setup.placed.iter().chain([&factory]) {
         let bytes = placed.bytes.clone();
         images.push(rigless::image::Image::new(
             Path::new("placed"),
@@ -437,9 +351,9 @@ pub fn run<S: Send + 'static>(
             Some(placed.address),
         )?);
     }
-    let mut session = Session::new(Box::new(Nucleo::new()?), 0, VirtualNanos(0))?;
+    let mut session = Session::new(Box::new(Nucleo::new(setup.has_clock)?), 0, VirtualNanos(0))?;
     session.watch(Watch::Instruction(step.address));
-    if let Some(address) = setup.watch {
+    for address in setup.watch.into_iter().chain(setup.tick_before) {
         session.watch(Watch::Instruction(address));
     }
     let block = image.variable("_SEGGER_RTT")?.address;
@@ -461,6 +375,8 @@ pub fn run<S: Send + 'static>(
         script,
         next_ms: 0,
         rtt,
+        host_from_ms: setup.host_from_ms,
+        tick_before: setup.tick_before,
         levels: Levels::default(),
         step: step.address,
         open: None,

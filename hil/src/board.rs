@@ -8,11 +8,12 @@ use rigless::machine::{Board, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::snapshot::Store;
 use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::c_adc::ccr;
 use rigless::soc::stm32f427::generated::dac::{Register, cr};
-use rigless::soc::stm32f427::generated::rcc;
+use rigless::soc::stm32f427::generated::{C_ADC, TIM5, adc1, c_adc, rcc, tim5};
 use rigless::soc::stm32f427::peripherals::adc::Channel;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
-use rigless::soc::{Bus, Error};
+use rigless::soc::{Bus, Error, Layout, Width};
 use rigless::time::VirtualNanos;
 use sim::plant::Pins;
 use softgrip::inputs::Levels;
@@ -32,6 +33,9 @@ const REFERENCE: u32 = 3_300_000;
 /// The converter model's full scale.
 const ADC_MAX: f64 = 4095.0;
 
+/// The fourth of the timers on this bus.
+const TIMER_5: usize = 3;
+
 const PORT_D: usize = 3;
 const PORT_E: usize = 4;
 const PORT_F: usize = 5;
@@ -40,6 +44,11 @@ const PORT_F: usize = 5;
 const GAUGES: [u8; 3] = [3, 10, 13];
 const MONITOR: u8 = 12;
 const SUPPLY: u8 = 9;
+/// The internal reference, and a channel that nothing uses, where it is put in the converter's unit here.
+const INTERNAL_REFERENCE: u64 = 17;
+const STAND_IN: u8 = 15;
+/// What the internal reference reads at 3.3 V, as the factory has noted it: 1.21 V.
+pub const REFERENCE_CODE: u16 = 1_502;
 
 /// One change of the converter's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,6 +101,8 @@ pub enum Restart {
     PowerOn,
     /// The supply was below the brown-out level, but not away.
     BrownOut,
+    /// A debugger has asked the core for it, as after flashing.
+    Debugger,
 }
 
 /// The part with the converter that its model lacks.
@@ -100,7 +111,30 @@ pub struct Chip {
     part: Stm32f427,
     dac: Dac,
     dac_slot: usize,
+    rcc_slot: usize,
+    adc_slot: usize,
+    /// The ST-LINK's clock arrives.
+    has_clock: bool,
     restart: Restart,
+}
+
+impl Chip {
+    /// Has the converter sample the stand-in where the firmware asks for the internal reference, if that is
+    /// switched on: the model gives it in millivolts, and the pins' unit here is a finer one.
+    fn put_in_reference(&mut self) {
+        let (_, registers) = self.part.converter(0);
+        let sequence = registers.get(adc1::Register::Sqr3);
+        if adc1::sqr3::SQ6.get(sequence) != INTERNAL_REFERENCE {
+            return;
+        }
+        let control = C_ADC.base + u64::from(c_adc::Register::Ccr.spec().offset);
+        let control = self.peek(VirtualNanos(0), control, Width::W32);
+        if control.is_ok_and(|control| ccr::TSVREFE.is_set(control)) {
+            let (_, registers) = self.part.converter(0);
+            let sequence = adc1::sqr3::SQ6.set(sequence, STAND_IN.into());
+            registers.set(adc1::Register::Sqr3, sequence);
+        }
+    }
 }
 
 impl Mcu for Chip {
@@ -121,6 +155,7 @@ impl Mcu for Chip {
             Restart::Pin => 0,
             Restart::PowerOn => rcc::csr::PORRSTF.mask() | rcc::csr::BORRSTF.mask(),
             Restart::BrownOut => rcc::csr::BORRSTF.mask(),
+            Restart::Debugger => rcc::csr::SFTRSTF.mask(),
         };
         if flags != 0 {
             let (_, registers) = self.part.clocks();
@@ -135,6 +170,15 @@ impl Mcu for Chip {
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        if slot == self.rcc_slot && !self.has_clock {
+            // The model's oscillator is ready even where nothing oscillates.
+            let (_, registers) = self.part.clocks();
+            let ready = rcc::cr::HSERDY.mask();
+            registers.set(rcc::Register::Cr, registers.get(rcc::Register::Cr) & !ready);
+        }
+        if slot == self.adc_slot {
+            self.put_in_reference();
+        }
         let (bus, model) = self.part.split(slot);
         if slot == self.dac_slot {
             (bus, Some(&mut self.dac))
@@ -184,27 +228,34 @@ impl Board for Nucleo {
 }
 
 impl Nucleo {
-    /// The board without strain, pressure and a robot.
-    pub fn new() -> Result<Self, Error> {
+    /// The board without strain, pressure and a robot; with the ST-LINK's clock or without.
+    pub fn new(has_clock: bool) -> Result<Self, Error> {
         let mut part = Stm32f427::new()?;
-        part.rcc.attach_crystals(HSE_HZ, 0);
+        part.rcc
+            .attach_crystals(if has_clock { HSE_HZ } else { 0 }, 0);
         part.set_supply(RAIL_MV);
         for adc in &mut part.adc {
             adc.set_reference(REFERENCE);
         }
         let dac_slot = part.bus().slot("DAC")?;
+        let rcc_slot = part.bus().slot("RCC")?;
+        let adc_slot = part.bus().slot("ADC1")?;
         Ok(Self {
             chip: Chip {
                 part,
                 dac: Dac::default(),
                 dac_slot,
+                rcc_slot,
+                adc_slot,
+                has_clock,
                 restart: Restart::Pin,
             },
         })
     }
 
-    /// Puts voltages on the converter's pins.
-    pub fn set_pins(&mut self, pins: &Pins) {
+    /// Puts voltages on the converter's pins, on a board whose 3.3 V rail is off by a factor. What hangs on the
+    /// rail follows it, and keeps its share of it.
+    pub fn set_pins(&mut self, pins: &Pins, rail: f64) {
         let adc = &mut self.chip.part.adc[0];
         let mut set = |channel: u8, share: f64| {
             let channel = Channel::new(channel).expect("a pin's channel");
@@ -216,8 +267,9 @@ impl Nucleo {
         for (channel, share) in GAUGES.into_iter().zip(pins.gauges) {
             set(channel, share);
         }
-        set(MONITOR, pins.monitor);
-        set(SUPPLY, pins.supply);
+        set(MONITOR, pins.monitor / rail);
+        set(SUPPLY, pins.supply / rail);
+        set(STAND_IN, f64::from(REFERENCE_CODE) / 4096.0 / rail);
     }
 
     /// Drives the robot's inputs. An optocoupler pulls its pin down while 24 V are applied.
@@ -262,6 +314,25 @@ impl Nucleo {
     /// The output's code; the pull-down's zero while it is off.
     pub fn command(&self) -> DacCode {
         self.chip.dac.output.unwrap_or(DacCode(0))
+    }
+
+    /// Puts the firmware's clock on to its next alarm, and raises that alarm: the next control tick, which
+    /// is due within a millisecond, is due now.
+    pub fn make_tick_due(&mut self, at: VirtualNanos) -> anyhow::Result<()> {
+        let address = |register: tim5::Register| TIM5.base + u64::from(register.spec().offset);
+        let unanswered = |fault| anyhow::anyhow!("TIM5: {fault:?}");
+        let alarm = address(tim5::Register::Ccr2);
+        let alarm = self.chip.peek(at, alarm, Width::W32).map_err(unanswered)?;
+        self.chip
+            .write(at, address(tim5::Register::Cnt), Width::W32, alarm)
+            .map_err(unanswered)?;
+        let part = &mut self.chip.part;
+        part.drive_timer(at, TIMER_5, |_, registers, context| {
+            let flags = registers.get(tim5::Register::Sr) | tim5::sr::CC2IF.mask();
+            registers.set(tim5::Register::Sr, flags);
+            context.raise(0);
+        });
+        Ok(())
     }
 
     /// What the reset that follows will be taken for.

@@ -18,8 +18,9 @@ use softgrip::inputs::Levels;
 use softgrip::table::FINGER;
 use softgrip::units::{Kilopascals, Microstrain, Volts};
 
-use crate::bench::{self, Moment, Record, Setup, moment_at};
+use crate::bench::{self, Record, Setup, moment_at};
 use crate::image::Image;
+use crate::moment::Moment;
 use crate::recording::{Recording, Replay};
 use crate::rtt::Host;
 

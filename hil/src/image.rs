@@ -194,6 +194,20 @@ impl Image {
         }
     }
 
+    /// A function's code, in halfwords.
+    pub fn code(&self, function: Symbol) -> anyhow::Result<Vec<u16>> {
+        let file = object::File::parse(self.bytes.as_slice())?;
+        let section = file.section_by_name(".text").context("no code")?;
+        let bytes = section
+            .data_range(function.address, function.size)?
+            .context("a function outside the code")?;
+        let (halves, _) = bytes.as_chunks::<2>();
+        Ok(halves
+            .iter()
+            .map(|half| u16::from_le_bytes(*half))
+            .collect())
+    }
+
     /// Every function, with its name.
     pub fn functions(&self) -> impl Iterator<Item = (&str, Symbol)> {
         self.functions

@@ -2,14 +2,15 @@
 
 use anyhow::Context;
 
-use crate::bench::{Moment, Placed};
+use crate::bench::Placed;
 use crate::calls;
 use crate::image::{Image, Symbol};
+use crate::moment::Moment;
 
 /// In bank 2, which the image leaves to the settings; its last sector.
 const CORNER: u64 = 0x081e_0000;
 /// Room for each piece of code.
-const ROOM: u64 = 16;
+const ROOM: u64 = 32;
 
 /// What a task does instead of its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +23,10 @@ pub enum Wrong {
     HardFault,
     /// It fills its stack, and what lies below.
     StackOverflow,
+    /// Its stack pointer goes astray, above all RAM.
+    StackAway,
+    /// An interrupt is enabled and comes that nobody handles.
+    Interrupt,
     /// It panics.
     Panic,
 }
@@ -36,11 +41,13 @@ pub enum Task {
 }
 
 impl Wrong {
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 7] = [
         Self::Hang,
         Self::Stop,
         Self::HardFault,
         Self::StackOverflow,
+        Self::StackAway,
+        Self::Interrupt,
         Self::Panic,
     ];
 
@@ -59,6 +66,13 @@ impl Wrong {
             Self::HardFault => &[0xde00],
             // push {r0-r7, lr}; b back to it
             Self::StackOverflow => &[0xb5ff, 0xe7fd],
+            // movw r0, #0; movt r0, #0x2004; mov sp, r0; udf #0
+            Self::StackAway => &[0xf240, 0x0000, 0xf2c2, 0x0004, 0x4685, 0xde00],
+            // movw r0, #0xe100; movt r0, #0xe000 (enable the first, and 0x100 above: have it come);
+            // movs r1, #1; str r1, [r0]; str.w r1, [r0, #0x100]; b .
+            Self::Interrupt => &[
+                0xf24e, 0x1000, 0xf2ce, 0x0000, 0x2101, 0x6001, 0xf8c0, 0x1100, 0xe7fe,
+            ],
             // ldr.w pc, [pc]: what follows is where to.
             Self::Panic => {
                 let site = calls::panic_site(image).context("the image never panics")?;
@@ -82,6 +96,17 @@ pub fn placed(image: &Image) -> anyhow::Result<Placed> {
         address: CORNER,
         bytes,
     })
+}
+
+/// Where a failing program switches its interrupts off.
+pub fn interrupts_off(image: &Image) -> anyhow::Result<u64> {
+    // cpsid i
+    const OFF: u16 = 0xb672;
+    let stop = image.function("failsafe::stop")?;
+    let code = image.code(stop)?;
+    let at = code.iter().position(|&half| half == OFF);
+    let at = at.context("failsafe::stop leaves the interrupts on")?;
+    Ok(stop.address + 2 * at as u64)
 }
 
 /// A task led astray.

@@ -12,6 +12,7 @@
 mod image;
 
 mod board;
+mod moment;
 mod rtt;
 
 mod bench;

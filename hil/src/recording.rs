@@ -5,7 +5,7 @@ use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 use softgrip::telemetry::{Event, Snapshot};
-use softgrip::units::{AdcCode, DacCode, Instant};
+use softgrip::units::{AdcCode, DacCode, Instant, Millivolts};
 use softgrip::{Command, Controller, Grip, RawFrame};
 
 use crate::bench::Message;
@@ -80,7 +80,7 @@ fn tick(text: &str) -> anyhow::Result<(u32, Seen)> {
     let (dac, _) = rest.split_once(", longest").context("no end")?;
 
     let codes = integers(frame);
-    ensure!(codes.len() == 6, "six numbers in {frame:?}");
+    ensure!(codes.len() == 7, "seven numbers in {frame:?}");
     let code = |i: usize| u16::try_from(codes[i]).map(AdcCode);
     let command = match command {
         "Continue" => Command::Continue,
@@ -96,7 +96,8 @@ fn tick(text: &str) -> anyhow::Result<(u32, Seen)> {
             gauges: [code(0)?, code(1)?, code(2)?],
             monitor: code(3)?,
             supply: code(4)?,
-            scans: u16::try_from(codes[5])?,
+            rail: Millivolts(u16::try_from(codes[5])?),
+            scans: u16::try_from(codes[6])?,
             overrun: frame.contains("overrun: true"),
             carried: false,
         },
@@ -240,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_snapshot_is_read_with_its_inputs() {
-        let text = "7: Snapshot { now: Instant { micros: 66536 } }, from RawFrame { gauges: [AdcCode(1), AdcCode(2), AdcCode(3)], monitor: AdcCode(4), supply: AdcCode(5), scans: 9, overrun: true } and Grip(Default) to DacCode(12), longest tick 3 us, events lost 0";
+        let text = "7: Snapshot { now: Instant { micros: 66536 } }, from RawFrame { gauges: [AdcCode(1), AdcCode(2), AdcCode(3)], monitor: AdcCode(4), supply: AdcCode(5), rail: Millivolts(3300), scans: 9, overrun: true } and Grip(Default) to DacCode(12), longest tick 3 us, events lost 0";
         let (number, seen) = tick(text).expect("a snapshot");
         assert_eq!(number, 7);
         assert_eq!(seen.now, Instant::from_micros(66_536));

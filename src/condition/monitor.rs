@@ -50,17 +50,19 @@ impl MonitorWire {
         fallen_ticks: 0,
     };
 
-    /// Judges one code. `expected`: what the commands so far should have given.
+    /// Judges one code. `rail`: see [`rail_factor`](crate::frontend::rail_factor). `expected`: what the commands so far should have given.
     pub fn step(
         &mut self,
         code: AdcCode,
+        rail: f32,
         front_end: &FrontEnd,
         expected: Option<Kilopascals>,
     ) -> Monitor {
+        // Of the code itself: the converter ends at the rail, and a low one hides what is above it.
         if code > front_end.monitor_high_above {
             return Monitor::TooHigh;
         }
-        let pressure = front_end.pressure(code);
+        let pressure = Kilopascals(rail * front_end.pressure(code).0);
         let fell = |last| pressure.0 < (1.0 - FALL) * last - NOISE_KPA;
         if self.last_kpa.is_some_and(fell) {
             self.fallen_ticks = self.fallen_ticks.saturating_add(1);
@@ -93,7 +95,7 @@ mod tests {
     fn a_monitor_that_drops_faster_than_air_is_lost_until_it_is_back_or_shows_what_it_should() {
         let mut wire = MonitorWire::NEW;
         let mut monitor =
-            |kpa: f32, expected: f32| wire.step(code(kpa), &FE, Some(Kilopascals(expected)));
+            |kpa: f32, expected: f32| wire.step(code(kpa), 1.0, &FE, Some(Kilopascals(expected)));
         assert!(matches!(monitor(140.0, 140.0), Monitor::Valid(_)));
         // A spike of two ticks.
         assert_eq!(monitor(0.0, 140.0), Monitor::Missing);
@@ -123,15 +125,15 @@ mod tests {
     #[test]
     fn a_monitor_that_is_back_at_what_the_commands_gave_meanwhile_is_believed() {
         let mut wire = MonitorWire::NEW;
-        wire.step(code(140.0), &FE, None);
+        wire.step(code(140.0), 1.0, &FE, None);
         // Its wire was loose while the pressure went to 50 kPa.
         let falls = [(52.0, false), (52.0, false), (57.0, false), (52.0, true)];
         for (kpa, believed) in falls {
-            let monitor = wire.step(code(kpa), &FE, Some(Kilopascals(50.0)));
+            let monitor = wire.step(code(kpa), 1.0, &FE, Some(Kilopascals(50.0)));
             assert_eq!(monitor.pressure().is_some(), believed, "{monitor:?}");
         }
         // From then on a fall counts from there: 52 → 36.6 kPa is the most.
-        let monitor = wire.step(code(37.0), &FE, Some(Kilopascals(50.0)));
+        let monitor = wire.step(code(37.0), 1.0, &FE, Some(Kilopascals(50.0)));
         assert!(
             monitor
                 .pressure()
@@ -143,9 +145,12 @@ mod tests {
     fn a_monitor_at_its_upper_end_is_too_high_and_what_is_just_below_is_a_pressure() {
         let mut wire = MonitorWire::NEW;
         let AdcCode(above) = FE.monitor_high_above;
-        let highest = wire.step(AdcCode(above), &FE, None);
+        let highest = wire.step(AdcCode(above), 1.0, &FE, None);
         assert!(matches!(highest, Monitor::Valid(_)), "{highest:?}");
-        assert_eq!(wire.step(AdcCode(above + 1), &FE, None), Monitor::TooHigh);
+        assert_eq!(
+            wire.step(AdcCode(above + 1), 1.0, &FE, None),
+            Monitor::TooHigh
+        );
     }
 
     #[test]
@@ -153,9 +158,18 @@ mod tests {
         // 140 → 107 kPa is the most.
         for (kpa, expected) in [(107.5, true), (106.5, false)] {
             let mut wire = MonitorWire::NEW;
-            wire.step(code(140.0), &FE, None);
-            let believed = wire.step(code(kpa), &FE, None).pressure().is_some();
+            wire.step(code(140.0), 1.0, &FE, None);
+            let believed = wire.step(code(kpa), 1.0, &FE, None).pressure().is_some();
             assert_eq!(believed, expected, "{kpa}");
+        }
+    }
+
+    #[test]
+    fn a_wire_at_the_rail_is_too_high_whatever_the_rail() {
+        for rail in [0.95, 1.0, 1.05] {
+            let mut wire = MonitorWire::NEW;
+            let end = wire.step(AdcCode(65_520), rail, &FE, None);
+            assert_eq!(end, Monitor::TooHigh, "{rail}");
         }
     }
 }

@@ -10,6 +10,7 @@ fn frame(gauges_ue: [f32; 3]) -> RawFrame {
         gauges: gauges_ue.map(|ue| AdcCode(FE.gauge_code(Microstrain(ue)) as u16)),
         monitor: AdcCode(FE.monitor_code(Kilopascals(100.0)) as u16),
         supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
+        rail: crate::frontend::RAIL,
         scans: 10,
         overrun: false,
         carried: false,

@@ -48,6 +48,7 @@ impl Bench {
             noise_variance: [400.0; 3],
             monitor: Monitor::Missing,
             supply: None,
+            rail_is_off: false,
             stale_ticks: 0,
             overrun: false,
         };

@@ -10,6 +10,7 @@ fn reading(pressure: f32, strain: [f32; 3]) -> Reading {
         monitor: Monitor::Valid(Kilopascals(pressure)),
         noise_variance: [400.0; 3],
         supply: Some(Volts(24.0)),
+        rail_is_off: false,
         stale_ticks: 0,
         overrun: false,
     }

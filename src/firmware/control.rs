@@ -4,21 +4,25 @@
 
 use core::sync::atomic::Ordering::Relaxed;
 
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Duration, Instant, Ticker};
 use heapless::spsc::Producer;
 use softgrip::inputs::Inputs;
-use softgrip::telemetry::Events;
+use softgrip::telemetry::{Event, Events};
 use softgrip::{Controller, RawFrame, TICK_US};
 
-use crate::board::{Board, IndicatorPins, InputPins, Regulator};
+use crate::board::{self, Board, Clock, IndicatorPins, InputPins, Regulator};
 use crate::links::{
     EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LONGEST_TICK_US, Numbered, TELEMETRY_RAN, TICK, Tick,
 };
+use crate::record;
 
 #[embassy_executor::task]
-pub async fn run(board: Board, controller: Controller, events: Producer<'static, Numbered>) -> ! {
+pub async fn run(
+    board: Board,
+    controller: Controller,
+    clock: Clock,
+    events: Producer<'static, Numbered>,
+) -> ! {
     let mut converter = board.converter;
     let mut control = Control {
         inputs: board.inputs,
@@ -26,13 +30,17 @@ pub async fn run(board: Board, controller: Controller, events: Producer<'static,
         controller,
         regulator: board.regulator,
         indicators: board.indicators,
-        watchdog: board.watchdog,
         events,
         number: 0,
     };
+    if clock == Clock::Internal {
+        let mut events = Events::new();
+        events.add(Event::ClockInternal);
+        control.send(now(Instant::now()), &events);
+    }
     let mut scan = converter.start();
     let mut ticker = Ticker::every(Duration::from_micros(TICK_US));
-    control.watchdog.unleash();
+    board::feed_watchdog();
     loop {
         ticker.next().await;
         let began = Instant::now();
@@ -46,6 +54,11 @@ pub async fn run(board: Board, controller: Controller, events: Producer<'static,
     }
 }
 
+/// A moment as the controller takes it.
+fn now(moment: Instant) -> softgrip::units::Instant {
+    softgrip::units::Instant::from_micros(moment.as_micros())
+}
+
 /// All that a tick uses but the converter.
 struct Control {
     inputs: InputPins,
@@ -53,7 +66,6 @@ struct Control {
     controller: Controller,
     regulator: Regulator,
     indicators: IndicatorPins,
-    watchdog: IndependentWatchdog<'static, IWDG>,
     events: Producer<'static, Numbered>,
     /// The number of the last event.
     number: u32,
@@ -63,12 +75,13 @@ impl Control {
     // Never inlined, so that what it can reach can be read off the image: no panic.
     #[inline(never)]
     fn tick(&mut self, began: Instant, frame: RawFrame) {
-        let now = softgrip::units::Instant::from_micros(began.as_micros());
+        let now = now(began);
         let command = self.debounced.step(self.inputs.levels());
         let outputs = self.controller.step(now, &frame, command);
         self.regulator.set(outputs.dac);
         self.indicators.set(outputs.indicators);
 
+        record::ticked(&outputs.snapshot.state);
         TICK.signal(Tick {
             frame,
             command,
@@ -80,7 +93,7 @@ impl Control {
         LONGEST_TICK_US.fetch_max(took_us as u32, Relaxed);
         // Only a tick gets here, so the watchdog is fed when both tasks are alive.
         if TELEMETRY_RAN.swap(false, Relaxed) {
-            self.watchdog.pet();
+            board::feed_watchdog();
         }
     }
 

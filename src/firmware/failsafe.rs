@@ -1,4 +1,5 @@
-//! When the program itself is wrong: first the safe output, then a word to the host, then a reset.
+//! When the program itself is wrong: first nothing else may run, then the safe output, then the record and
+//! a word to the host, then a reset.
 //!
 //! A reset lets go of the converter's pin, so holding the pressure is impossible here: it is vented.
 
@@ -7,73 +8,169 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use softgrip::failure::{Cause, Failure, SourcePath};
 
-use crate::board;
+use crate::{board, record};
 
-/// A host polls RTT every few milliseconds. 20 ms at 180 MHz; the watchdog allows for more.
-const HOST_READS_CYCLES: u32 = 3_600_000;
+/// A host polls RTT every few milliseconds. The watchdog, fed before, allows for 68.
+const HOST_READS_US: u32 = 20_000;
+
+/// Interrupts off first: a control tick behind the safe output would command a pressure again.
+// Never inlined, so that a test can have a tick fall in between.
+#[inline(never)]
+fn stop() {
+    cortex_m::interrupt::disable();
+    board::safe_output();
+}
 
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
     /// A panic while saying the first one's message. Read and written by this handler alone.
     static SPEAKING: AtomicBool = AtomicBool::new(false);
 
-    board::safe_output();
-    cortex_m::interrupt::disable();
+    stop();
     if !SPEAKING.swap(true, Relaxed) {
+        let (file, line) = match info.location() {
+            Some(place) => (place.file(), place.line()),
+            None => ("", 0),
+        };
+        record::keep(Cause::Panic {
+            file: SourcePath::new(file),
+            line,
+        });
         defmt::error!("{}", defmt::Display2Format(info));
     }
     reset()
 }
 
-// After a stack overflow there is no stack to work on, so this takes it from the top again: nothing
-// returns to what was there. A frame that could not be written is not read either.
+// After a stack overflow there is no stack to work on, and a stack pointer that has gone astray may point to
+// nothing at all: then this takes the stack from the top again, as nothing returns to what was there. A
+// frame of eight words that could not be written is not read either.
 // SAFETY: the name gives it the place of the hard fault's handler in the vector table; it goes on in a
 // function that never returns to the code that failed.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 unsafe extern "C" fn HardFault() -> ! {
     core::arch::naked_asm!(
+        "cpsid i",
         "mov r0, sp",
-        "movw r1, #:lower16:_stack_end",
-        "movt r1, #:upper16:_stack_end",
-        "cmp r0, r1",
-        "bhs 2f",
-        "movs r0, #0",
-        "movw r1, #:lower16:_stack_start",
-        "movt r1, #:upper16:_stack_start",
-        "mov sp, r1",
-        "2: b {hard_fault}",
+        "mov r1, sp",
+        "movw r2, #:lower16:_stack_end",
+        "movt r2, #:upper16:_stack_end",
+        "movw r3, #:lower16:_stack_start",
+        "movt r3, #:upper16:_stack_start",
+        "cmp r0, r2",
+        "blo 2f",
+        "sub r2, r3, #32",
+        "cmp r0, r2",
+        "bls 3f",
+        "2: movs r0, #0",
+        "mov sp, r3",
+        "3: b {hard_fault}",
         hard_fault = sym hard_fault,
     )
 }
 
-unsafe extern "C" fn hard_fault(frame: *const ExceptionFrame) -> ! {
-    board::safe_output();
+unsafe extern "C" fn hard_fault(frame: *const ExceptionFrame, sp: u32) -> ! {
+    stop();
     // SAFETY: reads a status register of the core, which has no side effect.
-    let cause = unsafe { (*SCB::PTR).cfsr.read() };
+    let cfsr = unsafe { (*SCB::PTR).cfsr.read() };
     // SAFETY: null, or what the core has just put on its stack.
     match unsafe { frame.as_ref() } {
-        Some(frame) => defmt::error!(
-            "hard fault at {=u32:#010x}, called from {=u32:#010x}, cause {=u32:#010x}",
-            frame.pc(),
-            frame.lr(),
-            cause,
-        ),
-        None => defmt::error!("hard fault: stack overflow, cause {=u32:#010x}", cause),
+        Some(frame) => fail(Cause::HardFault {
+            pc: frame.pc(),
+            lr: frame.lr(),
+            cfsr,
+        }),
+        None => fail(Cause::StackFault { sp, cfsr }),
     }
-    reset()
 }
 
 // SAFETY: takes the place of every handler that nobody has written, and never returns.
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
-    board::safe_output();
-    defmt::error!("interrupt {=i16} has no handler", number);
+    stop();
+    fail(Cause::Interrupt {
+        number: number.into(),
+    })
+}
+
+fn fail(cause: Cause) -> ! {
+    record::keep(cause);
+    say(cause);
     reset()
 }
 
 fn reset() -> ! {
-    cortex_m::asm::delay(HOST_READS_CYCLES);
+    board::feed_watchdog();
+    board::wait_us(HOST_READS_US);
+    SCB::sys_reset()
+}
+
+/// Why the program stopped.
+fn say(cause: Cause) {
+    match cause {
+        Cause::Panic { file, line } => {
+            defmt::error!("panicked at {=str}:{=u32}", file.as_str(), line)
+        }
+        Cause::HardFault { pc, lr, cfsr } => defmt::error!(
+            "hard fault at {=u32:#010x}, called from {=u32:#010x}, cause {=u32:#010x}",
+            pc,
+            lr,
+            cfsr,
+        ),
+        Cause::StackFault { sp, cfsr } => defmt::error!(
+            "hard fault: stack pointer {=u32:#010x} outside the stack, cause {=u32:#010x}",
+            sp,
+            cfsr,
+        ),
+        Cause::Interrupt { number } => {
+            defmt::error!("interrupt {=i32} has no handler", number)
+        }
+        Cause::Watchdog { task } => {
+            defmt::error!("watchdog: the {} task did not check in", task)
+        }
+    }
+}
+
+/// Tells a failure after the restart.
+pub fn tell(failure: &Failure) {
+    defmt::error!(
+        "the program failed in tick {=u32}, while {}:",
+        failure.tick,
+        failure.activity,
+    );
+    say(failure.cause);
+}
+
+/// Stays in the safe state and says why once per second, to whoever comes to listen. An acknowledgement
+/// restarts the chip; so do reset and power.
+pub fn stay(why: &dyn Fn()) -> ! {
+    /// Between two looks at the acknowledgement.
+    const LOOK_US: u32 = 5_000;
+    const LOOKS_PER_SECOND: u32 = 1_000_000 / LOOK_US;
+
+    stop();
+    board::show_fault();
+    // On at the start, it must go off first. Two looks alike are no bounce.
+    let (mut pressed, mut armed) = (0, false);
+    for look in (0..LOOKS_PER_SECOND).cycle() {
+        board::feed_watchdog();
+        if look == 0 {
+            why();
+        }
+        pressed = match board::acknowledged() {
+            true => pressed + 1,
+            false => {
+                armed = true;
+                0
+            }
+        };
+        if armed && pressed >= 2 {
+            break;
+        }
+        board::wait_us(LOOK_US);
+    }
+    record::forget();
     SCB::sys_reset()
 }

@@ -48,15 +48,25 @@ pub fn events() -> Option<(Producer<'static, Numbered>, Consumer<'static, Number
 pub static EVENT_SENT: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Time between two snapshots, µs. The telemetry task reads it; nobody but a debugger writes it. At 1000
-/// every tick is sent, which is a recording. `used`: the optimiser must not take it for a constant.
+/// every tick is sent, which is a recording; above 50 000 it counts as 50 000, so that the watchdog hears of
+/// the task in time. `used`: the optimiser must not take it for a constant.
 #[used]
 pub static TELEMETRY_PERIOD_US: AtomicU32 = AtomicU32::new(20_000);
+
+/// A debugger that writes 1 is told once more what runs here. The telemetry task reads and clears it.
+#[used]
+pub static TELL_IDENTITY: AtomicU32 = AtomicU32::new(0);
 
 /// Events that found no room since start-up. The telemetry task reads it.
 pub static EVENTS_LOST: AtomicU32 = AtomicU32::new(0);
 
 /// The longest tick since the last report, µs. The telemetry task takes it with every snapshot.
 pub static LONGEST_TICK_US: AtomicU32 = AtomicU32::new(0);
+
+/// The longest tick of the last whole second, µs. The telemetry task writes it and says it; a debugger reads
+/// it without a host.
+#[used]
+pub static LONGEST_TICK_OF_SECOND_US: AtomicU32 = AtomicU32::new(0);
 
 /// The telemetry task has run. The control task clears it when it feeds the watchdog.
 pub static TELEMETRY_RAN: AtomicBool = AtomicBool::new(false);

@@ -10,18 +10,48 @@ use heapless::spsc::Consumer;
 use softgrip::TICK_US;
 
 use crate::links::{
-    EVENT_SENT, EVENTS_LOST, LONGEST_TICK_US, Numbered, TELEMETRY_PERIOD_US, TELEMETRY_RAN, TICK,
+    EVENT_SENT, EVENTS_LOST, LONGEST_TICK_OF_SECOND_US, LONGEST_TICK_US, Numbered,
+    TELEMETRY_PERIOD_US, TELEMETRY_RAN, TELL_IDENTITY, TICK,
 };
+use crate::{Identity, record};
+
+/// The watchdog's time may be as short as 68 ms, and a tick feeds it only after this task has run.
+const LONGEST_PERIOD_US: u64 = 50_000;
 
 /// More often than once per tick there is nothing new.
 fn period() -> Duration {
-    let micros = TELEMETRY_PERIOD_US.load(Relaxed);
-    Duration::from_micros(u64::from(micros).max(TICK_US))
+    let micros = u64::from(TELEMETRY_PERIOD_US.load(Relaxed));
+    Duration::from_micros(micros.clamp(TICK_US, LONGEST_PERIOD_US))
+}
+
+/// The longest tick, second by second.
+struct Second {
+    ends: Instant,
+    longest_us: u32,
+}
+
+impl Second {
+    const LENGTH: Duration = Duration::from_secs(1);
+
+    fn add(&mut self, longest_us: u32) {
+        self.longest_us = self.longest_us.max(longest_us);
+        if Instant::now() < self.ends {
+            return;
+        }
+        self.ends += Self::LENGTH;
+        LONGEST_TICK_OF_SECOND_US.store(self.longest_us, Relaxed);
+        defmt::info!("longest tick of the last second {=u32} us", self.longest_us);
+        self.longest_us = 0;
+    }
 }
 
 #[embassy_executor::task]
-pub async fn run(mut events: Consumer<'static, Numbered>) -> ! {
+pub async fn run(mut events: Consumer<'static, Numbered>, identity: Identity) -> ! {
     let mut number = 0u32;
+    let mut second = Second {
+        ends: Instant::now() + Second::LENGTH,
+        longest_us: 0,
+    };
     let mut due = Instant::now() + period();
     loop {
         while let Some(Numbered { number, at, event }) = events.dequeue() {
@@ -32,17 +62,24 @@ pub async fn run(mut events: Consumer<'static, Numbered>) -> ! {
         }
         due += period();
         TELEMETRY_RAN.store(true, Relaxed);
+        record::told();
+        if TELL_IDENTITY.swap(0, Relaxed) != 0 {
+            identity.tell();
+        }
+        let longest_us = LONGEST_TICK_US.swap(0, Relaxed);
+        second.add(longest_us);
         if let Some(tick) = TICK.try_take() {
             number = number.wrapping_add(1);
             defmt::info!(
-                "snapshot {=u32}: {}, from {} and {} to {}, longest tick {=u32} us, events lost {=u32}",
+                "snapshot {=u32}: {}, from {} and {} to {}, longest tick {=u32} us, events lost {=u32}, clock {}",
                 number,
                 tick.snapshot,
                 tick.frame,
                 tick.command,
                 tick.dac,
-                LONGEST_TICK_US.swap(0, Relaxed),
+                longest_us,
                 EVENTS_LOST.load(Relaxed),
+                identity.clock,
             );
         }
     }

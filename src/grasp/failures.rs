@@ -13,6 +13,8 @@ const OVER_PRESSURE_KPA: f32 = 5.0;
 const STALE_TICKS: u32 = 5;
 /// The robot's 24 V may come this much later than the board's own supply.
 const POWER_UP_US: u64 = 1_000_000;
+/// Ticks with a rail that is off: fewer are a spike.
+const RAIL_TICKS: u16 = 10;
 /// Supply must be low this long: 24 V devices ride through gaps of 10 ms (IEC 61131-2).
 const SUPPLY_TICKS: u16 = 20;
 
@@ -55,6 +57,14 @@ impl Supervisor {
                 true => Fault::AdcOverrun,
                 false => Fault::AdcStale,
             });
+        }
+        if reading.rail_is_off {
+            self.rail_ticks = self.rail_ticks.saturating_add(1);
+            if self.rail_ticks >= RAIL_TICKS {
+                return Some(Fault::RailOff);
+            }
+        } else {
+            self.rail_ticks = 0;
         }
         if let Some(supply) = reading.supply {
             self.supply_ticks = if supply.0 < active.supply_min.0 {

@@ -37,6 +37,7 @@ impl Bench {
                 noise_variance: [400.0; FINGERS],
                 monitor: Monitor::Missing,
                 supply: Some(Volts(24.0)),
+                rail_is_off: false,
                 stale_ticks: 0,
                 overrun: false,
             },

@@ -20,6 +20,7 @@ fn step(zero: &mut Zero, raw_ue: [f32; 3], kpa: f32, idle: bool, start: bool) ->
         monitor: Monitor::Valid(Kilopascals(kpa)),
         noise_variance: [400.0; 3],
         supply: Some(Volts(24.0)),
+        rail_is_off: false,
         stale_ticks: 0,
         overrun: false,
     };

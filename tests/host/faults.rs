@@ -3,12 +3,12 @@
 
 use crate::mock::{GaugeState, MockBoard, adjusted};
 use softgrip::fault::{Fault, RULES, Rule, SafeOutput};
-use softgrip::frontend::FrontEnd;
+use softgrip::frontend::{FrontEnd, RAIL};
 use softgrip::grasp::State;
 use softgrip::settings::{OnFault, Settings};
 use softgrip::table::FINGER;
 use softgrip::telemetry::Event;
-use softgrip::units::{AdcCode, Kilopascals};
+use softgrip::units::{AdcCode, Kilopascals, Millivolts};
 use softgrip::{Command, Controller, Grip, RawFrame};
 
 /// The states in the order of [`softgrip::fault::Rule::shows`].
@@ -99,6 +99,7 @@ fn cause(board: &mut MockBoard, fault: Fault, place: Place) -> Command {
         Fault::MonitorHigh => board.monitor_wire = Some(AdcCode(65_000)),
         Fault::MonitorLost => board.monitor_wire = Some(AdcCode(0)),
         Fault::SupplyLow => board.supply_v = 15.0,
+        Fault::RailOff => board.rail = Millivolts(3_100),
         Fault::GaugeOpen => two(board, GaugeState::Open),
         Fault::GaugeShort => two(board, GaugeState::Short),
         Fault::GaugeStuck => two(board, GaugeState::Stuck),
@@ -123,6 +124,7 @@ fn repair(board: &mut MockBoard) {
     board.late = false;
     board.overrun = false;
     board.supply_v = 24.0;
+    board.rail = RAIL;
 }
 
 /// What the settings of [`board_in`] add to the time of a rule, ms.

@@ -2,12 +2,12 @@
 //! share of their bend, and everything that can break.
 
 use softgrip::condition::RawFrame;
-use softgrip::frontend::FrontEnd;
+use softgrip::frontend::{FrontEnd, RAIL};
 use softgrip::grasp::State;
 use softgrip::settings::Settings;
 use softgrip::table::{self, FINGER};
 use softgrip::telemetry::Event;
-use softgrip::units::{AdcCode, DacCode, Instant, Kilopascals, Microstrain, Volts};
+use softgrip::units::{AdcCode, DacCode, Instant, Kilopascals, Microstrain, Millivolts, Volts};
 use softgrip::{Command, Controller, Grip, Outputs};
 
 const FE: FrontEnd = FrontEnd::REFERENCE;
@@ -54,6 +54,7 @@ pub struct MockBoard {
     /// The converter loses data.
     pub overrun: bool,
     pub supply_v: f32,
+    pub rail: Millivolts,
     pub now_us: u64,
     /// Everything reported, with its time in ms.
     pub events: Vec<(u64, Event)>,
@@ -85,6 +86,7 @@ impl MockBoard {
             late: false,
             overrun: false,
             supply_v: 24.0,
+            rail: RAIL,
             now_us: 0,
             events: Vec::new(),
             last: None,
@@ -241,6 +243,7 @@ impl MockBoard {
                 FE.monitor_code(Kilopascals(self.pressure_kpa)) as u16,
             )),
             supply: AdcCode(FE.supply_code(Volts(self.supply_v)) as u16),
+            rail: self.rail,
             scans: if self.late { 0 } else { 10 },
             overrun: self.overrun,
             carried: false,

@@ -41,6 +41,7 @@ fn any_frame() -> impl Strategy<Value = RawFrame> {
             gauges: gauges.map(AdcCode),
             monitor: AdcCode(monitor),
             supply: AdcCode(supply),
+            rail: softgrip::frontend::RAIL,
             scans,
             overrun,
             carried: false,

@@ -50,6 +50,7 @@ impl<R: Rng> SensorModel<R> {
             gauges,
             monitor: AdcCode((monitor + 0.5) as u16),
             supply: self.supply,
+            rail: softgrip::frontend::RAIL,
             scans: SCANS,
             overrun: false,
             carried: false,

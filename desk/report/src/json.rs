@@ -39,6 +39,7 @@ pub fn event(timed: &TimedEvent) -> Value {
         | Event::AirLoss
         | Event::Tared
         | Event::TareDue
+        | Event::ClockInternal
         | Event::Acknowledged => {}
     }
     value

@@ -49,6 +49,9 @@ impl TimedEvent {
                 "TARE DUE: a gauge's zero has moved, or something leans on a finger".into()
             }
             Event::Acknowledged => "acknowledged".into(),
+            Event::ClockInternal => {
+                "runs on its own oscillator: the external clock is missing, times are off by up to 8 %".into()
+            }
         }
     }
 
@@ -87,6 +90,7 @@ pub fn name(event: &Event) -> &'static str {
         Event::Refused(_) => "refused",
         Event::Tared => "tared",
         Event::TareDue => "tare_due",
+        Event::ClockInternal => "clock_internal",
         Event::Acknowledged => "acknowledged",
     }
 }

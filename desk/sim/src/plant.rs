@@ -362,6 +362,7 @@ impl Plant {
             gauges: self.gauge_codes,
             monitor,
             supply,
+            rail: softgrip::frontend::RAIL,
             scans: self.gripper.gauge.scans,
             overrun: false,
             carried: false,

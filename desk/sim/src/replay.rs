@@ -64,6 +64,7 @@ fn frame(row: &Row) -> RawFrame {
         }),
         monitor: code(front_end.monitor_code(Kilopascals(row.pressure_kpa as f32))),
         supply: code(front_end.supply_code(Volts(24.0))),
+        rail: softgrip::frontend::RAIL,
         scans: 1,
         overrun: false,
         carried: !row.measured,

@@ -10,7 +10,7 @@ use crate::board::Restart;
 use crate::closed_loop::{REST, pins_at_rest};
 use crate::rtt::Host;
 
-pub const TESTS: [Test; 5] = [
+pub const TESTS: [Test; 8] = [
     Test {
         name: "boot",
         about: "the command is defined before anything else, and is zero until a grip is asked for",
@@ -32,25 +32,59 @@ pub const TESTS: [Test; 5] = [
         run: |context| restarted(context, Restart::BrownOut, "reset: BrownOut"),
     },
     Test {
+        name: "reset: debugger",
+        about: "the same: flashing is no fault of the program",
+        run: |context| restarted(context, Restart::Debugger, "reset: Software"),
+    },
+    Test {
+        name: "clock: none from outside",
+        about: "starts on the chip's own oscillator, says so, and ticks as ever",
+        run: no_clock,
+    },
+    Test {
+        name: "identity on request",
+        about: "who asks is told once more what runs here; nobody can ask for telemetry too rarely",
+        run: identity,
+    },
+    Test {
         name: "a grip that is on at power-up",
         about: "does nothing until it has been off",
         run: grip_at_power_up,
     },
 ];
 
+/// The flash's access control register, and its bits for data cache, instruction cache and prefetch (RM0090,
+/// FLASH_ACR).
+const FLASH_ACR: u64 = 0x4002_3c00;
+const CACHES: u32 = 0x700;
+
 fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
-    let setup = Setup::new(context.image, Host::Reading);
+    let setup = Setup {
+        watch_rtt: true,
+        ..Setup::new(context.image, Host::Reading)
+    };
     let (ready_ms, record) = bench::run(&setup, None, |ready_ms, moment| {
         if moment.ms == 0 {
             moment.set_pins(&pins_at_rest());
             moment.set_levels(REST);
         }
         if moment.indicators().ready && ready_ms.is_none() {
+            let caches = moment.register(FLASH_ACR)? & CACHES;
+            anyhow::ensure!(
+                caches == CACHES,
+                "of caches and prefetch only {caches:#x} are on"
+            );
             *ready_ms = Some(moment.ms);
         }
         Ok(moment.ms < 500)
     })?;
     let mut outcome = Outcome::default();
+    // The march writes a word five times, and start-up gives it its value.
+    let marched = record.rtt_writes.iter().filter(|at| at.0 < MS / 2).count();
+    outcome.must(
+        marched > 5,
+        format!("before it had a value, a variable was written {marched} times"),
+    );
     let defined = record.dac.iter().find(|write| write.code.is_some());
     let defined_ms = defined.map_or(f64::NAN, |write| write.at.0 as f64 / MS as f64);
     outcome.at_most(
@@ -76,6 +110,67 @@ fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
             .failures
             .push(format!("the first message is {other:?}")),
     }
+    Ok(outcome)
+}
+
+fn no_clock(context: &Context<'_>) -> anyhow::Result<Outcome> {
+    let setup = Setup {
+        has_clock: false,
+        ..Setup::new(context.image, Host::Reading)
+    };
+    let record = super::timing::idle(&setup, 2_000)?;
+    let mut outcome = Outcome::default();
+    let first = record.ticks.first();
+    let first_ms = first.map_or(f64::NAN, |tick| tick.at.0 as f64 / MS as f64);
+    outcome.at_most("reset to first tick", first_ms, "ms", 1_000.0);
+    super::timing::jitter(&record, &mut outcome);
+    for says in [
+        "clock: Internal",
+        "ClockInternal",
+        "events lost 0, clock Internal",
+    ] {
+        outcome.must(
+            record.message(0, says).is_some(),
+            format!("nothing says {says:?}"),
+        );
+    }
+    Ok(outcome)
+}
+
+fn identity(context: &Context<'_>) -> anyhow::Result<Outcome> {
+    let setup = Setup {
+        // Ten seconds: the watchdog would come first.
+        telemetry_us: 10_000_000,
+        ..Setup::new(context.image, Host::Reading)
+    };
+    let request = context.image.variable("TELL_IDENTITY")?.address;
+    let asked_ms = 500;
+    let ((), record) = bench::run(&setup, (), move |(), moment| {
+        if moment.ms == 0 {
+            moment.set_pins(&pins_at_rest());
+            moment.set_levels(REST);
+        }
+        if moment.ms == asked_ms {
+            moment.set_word(request, 1)?;
+        }
+        Ok(moment.ms < 2_000)
+    })?;
+    let mut outcome = Outcome::default();
+    let said = record.message(asked_ms, "softgrip ");
+    let after_ms = said.map_or(f64::NAN, |message| (message.ms - asked_ms) as f64);
+    outcome.at_most("asked to told", after_ms, "ms", 60.0);
+    outcome.must(record.resets.is_empty(), format!("{:?}", record.resets));
+    outcome.must(
+        record.message(0, "brown-out level 3 is not set").is_some(),
+        "a chip as delivered is not told apart",
+    );
+    let seconds = record.messages.iter();
+    let seconds =
+        seconds.filter(|message| message.text.starts_with("longest tick of the last second"));
+    outcome.must(
+        seconds.count() == 1,
+        "the longest tick is not told once per second",
+    );
     Ok(outcome)
 }
 

@@ -1,15 +1,22 @@
 //! The program goes wrong: the fingers open, the host hears why, and the chip starts again.
 
+use anyhow::Context as _;
 use rigless::device::ResetCause;
-use softgrip::units::DacCode;
+use rigless::time::VirtualNanos;
+use sim::plant::Pins;
+use softgrip::frontend::FrontEnd;
+use softgrip::inputs::Levels;
+use softgrip::telemetry::Indicators;
+use softgrip::units::{DacCode, Kilopascals};
 
 use super::incident::{since_ms, vented_and_back, while_holding};
 use super::test::{Context, Outcome, Test};
-use crate::bench::{self, Setup};
+use crate::bench::{self, MS, Record, Setup};
+use crate::closed_loop::{REST, pins_at_rest};
 use crate::inject::{self, Derailment, Task, Wrong};
 use crate::rtt::Host;
 
-pub const TESTS: [Test; 9] = [
+pub const TESTS: [Test; 16] = [
     Test {
         name: "watchdog: control hangs",
         about: "reset, vented, reported after the restart",
@@ -43,12 +50,59 @@ pub const TESTS: [Test; 9] = [
     Test {
         name: "hard fault: stack overflow",
         about: "the same, on a stack that starts over",
-        run: |context| crash(context, Wrong::StackOverflow, "hard fault: stack overflow"),
+        run: |context| {
+            crash(
+                context,
+                Wrong::StackOverflow,
+                "hard fault: stack pointer 0x1fff",
+            )
+        },
+    },
+    Test {
+        name: "hard fault: stack pointer astray",
+        about: "the same, from a stack pointer above all RAM",
+        run: |context| {
+            crash(
+                context,
+                Wrong::StackAway,
+                "hard fault: stack pointer 0x2003",
+            )
+        },
+    },
+    Test {
+        name: "interrupt without a handler",
+        about: "the same",
+        run: |context| crash(context, Wrong::Interrupt, "interrupt 0 has no handler"),
+    },
+    Test {
+        name: "panic, and a tick in between",
+        about: "a tick before the interrupts are off does not get behind the safe output",
+        run: tick_in_between,
+    },
+    Test {
+        name: "panic that nobody heard",
+        about: "a host that comes after the restart is told file, line and state",
+        run: unheard,
+    },
+    Test {
+        name: "restart loop",
+        about: "after the third panic in ten seconds: safe, no more resets, and why; an acknowledgement ends it",
+        run: restart_loop,
     },
     Test {
         name: "overrun of the converter",
         about: "the scan starts again at its first channel",
         run: overrun,
+    },
+    Test {
+        name: "3.3 V rail off by 2 %",
+        about: "the true pressure is shown all the same",
+        run: |context| rail_off(context, 1.02, None),
+    },
+    Test {
+        name: "3.3 V rail off by 6 %",
+        about: "is a fault, and vents",
+        run: |context| rail_off(context, 0.94, Some("RailOff")),
     },
     Test {
         name: "24 V sag",
@@ -79,12 +133,18 @@ fn watchdog(context: &Context<'_>, task: Task, wrong: Wrong) -> anyhow::Result<O
     if let Some(reset) = record.resets.first() {
         let ms = since_ms(bench::moment_at(incident.at_ms), reset.at);
         outcome.at_most("from the fault to the reset", ms, "ms", WATCHDOG_MS);
+        told_after(
+            reset.at,
+            &format!("the {task:?} task did not check in"),
+            &record,
+            &mut outcome,
+        );
     }
     Ok(outcome)
 }
 
 /// From a panic to the safe output.
-const SAFE_AFTER_PANIC_US: f64 = 100.0;
+const SAFE_AFTER_PANIC_US: f64 = 5.0;
 
 fn crash(context: &Context<'_>, wrong: Wrong, says: &str) -> anyhow::Result<Outcome> {
     let image = context.image;
@@ -134,6 +194,149 @@ fn crash(context: &Context<'_>, wrong: Wrong, says: &str) -> anyhow::Result<Outc
     outcome.must(
         safe < said && said < reset,
         "not in this order: safe output, message, reset",
+    );
+    told_after(reset, says, &record, &mut outcome);
+    Ok(outcome)
+}
+
+/// What the program died of, and while doing what, is told after the restart.
+fn told_after(reset: VirtualNanos, says: &str, record: &Record, outcome: &mut Outcome) {
+    for says in [says, "while Holding:"] {
+        outcome.must(
+            record.message(reset.0 / MS, says).is_some(),
+            format!("nothing says {says:?} after the restart"),
+        );
+    }
+}
+
+fn tick_in_between(context: &Context<'_>) -> anyhow::Result<Outcome> {
+    let image = context.image;
+    let setup = Setup {
+        placed: Some(inject::placed(image)?),
+        watch: Some(Wrong::Panic.address()),
+        tick_before: Some(inject::interrupts_off(image)?),
+        ..Setup::new(image, Host::Reading)
+    };
+    let derailment = Derailment::new(image, Task::Telemetry, Wrong::Panic)?;
+    let (_, record) = while_holding(&setup, move |_, moment| derailment.apply(moment))?;
+    let mut outcome = Outcome::default();
+    let (Some(&began), Some(reset)) = (record.hits.first(), record.resets.first()) else {
+        outcome.failures.push("the task did not go wrong".into());
+        return Ok(outcome);
+    };
+    let writes = record.dac.iter();
+    let writes = writes.filter(|write| write.at > began && write.at < reset.at);
+    let codes: Vec<_> = writes.filter_map(|write| write.code).collect();
+    outcome.must(
+        codes.iter().any(|&code| code > DacCode(0)),
+        "no tick fell in between",
+    );
+    let last = codes.last().map_or(f64::NAN, |code| f64::from(code.0));
+    outcome.at_most("code from the panic to the reset", last, "", 0.0);
+    Ok(outcome)
+}
+
+fn unheard(context: &Context<'_>) -> anyhow::Result<Outcome> {
+    let image = context.image;
+    let setup = Setup {
+        placed: Some(inject::placed(image)?),
+        // What follows the restart fills the buffer long before.
+        host_from_ms: 4_000,
+        ..Setup::new(image, Host::Reading)
+    };
+    let derailment = Derailment::new(image, Task::Telemetry, Wrong::Panic)?;
+    let ((), record) = bench::run(&setup, (), move |(), moment| {
+        if moment.ms == 0 {
+            moment.set_pins(&pins_at_rest());
+            moment.set_levels(REST);
+        }
+        if moment.ms == 1_000 {
+            derailment.apply(moment)?;
+        }
+        Ok(moment.ms < 4_100)
+    })?;
+    let mut outcome = Outcome::default();
+    outcome.must(record.resets.len() == 1, format!("{:?}", record.resets));
+    for says in ["while Idle:", "panicked at", ".rs:"] {
+        outcome.must(
+            record.message(0, says).is_some(),
+            format!("nothing says {says:?}"),
+        );
+    }
+    outcome.notes.extend(
+        record
+            .message(0, "panicked at")
+            .map(|message| message.text.clone()),
+    );
+    Ok(outcome)
+}
+
+fn restart_loop(context: &Context<'_>) -> anyhow::Result<Outcome> {
+    let image = context.image;
+    let setup = Setup {
+        placed: Some(inject::placed(image)?),
+        ..Setup::new(image, Host::Reading)
+    };
+    let derailment = Derailment::new(image, Task::Telemetry, Wrong::Panic)?;
+    let (panics_ms, asked_ms, ack_ms) = ([1_000, 4_000, 7_000], 12_000, 12_500);
+    let state = (None, None);
+    let ((stopped, after), record) = bench::run(&setup, state, move |state, moment| {
+        let ms = moment.ms;
+        moment.set_pins(&pins_at_rest());
+        moment.set_levels(Levels {
+            acknowledge: (ack_ms..ack_ms + 50).contains(&ms),
+            ..REST
+        });
+        if panics_ms.contains(&ms) {
+            derailment.apply(moment)?;
+        }
+        if ms == asked_ms {
+            state.0 = Some(moment.indicators());
+        }
+        state.1 = Some(moment.indicators());
+        Ok(ms < 13_000)
+    })?;
+    let mut outcome = Outcome::default();
+    let resets = record.resets.iter().map(|reset| reset.at.0 / MS);
+    let resets: Vec<u64> = resets.collect();
+    outcome.must(
+        matches!(resets[..], [a, b, c, d] if a < 2_000 && b < 5_000 && c < 8_000 && d >= ack_ms),
+        format!(
+            "resets at {resets:?} ms, not one after each panic and one after the acknowledgement"
+        ),
+    );
+    let says = "three failures in ten seconds";
+    let told = record.messages.iter();
+    let told = told.filter(|message| message.text.contains(says)).count();
+    // One per second from the third reset to the acknowledgement.
+    outcome.must(
+        (5..=6).contains(&told),
+        format!("{says:?} is said {told} times"),
+    );
+    outcome.must(
+        record.message(8_000, "panicked at").is_some(),
+        "it does not go on telling why",
+    );
+    let highest = record.dac.iter().filter_map(|write| write.code).max();
+    outcome.must(
+        highest == Some(DacCode(0)),
+        format!("the command was {highest:?}"),
+    );
+    let fault = Indicators {
+        fault: true,
+        ..Indicators::default()
+    };
+    outcome.must(
+        stopped == Some(fault),
+        format!("stopped, the robot is told {stopped:?}"),
+    );
+    let ready = Indicators {
+        ready: true,
+        ..Indicators::default()
+    };
+    outcome.must(
+        after == Some(ready),
+        format!("acknowledged, the robot is told {after:?}"),
     );
     Ok(outcome)
 }
@@ -225,5 +428,56 @@ fn sag(context: &Context<'_>) -> anyhow::Result<Outcome> {
         format!("the command went from {:?} to {last:?}", incident.command),
     );
     outcome.must(record.resets.is_empty(), "the chip has restarted");
+    Ok(outcome)
+}
+
+/// What the monitor shows, kPa: little enough for the fingers to be at rest.
+const SHOWN_KPA: f32 = 7.0;
+
+fn rail_off(context: &Context<'_>, rail: f64, fault: Option<&str>) -> anyhow::Result<Outcome> {
+    let setup = Setup::new(context.image, Host::Reading);
+    let (from_ms, until_ms) = (1_500, 2_000);
+    let ((), record) = bench::run(&setup, (), move |(), moment| {
+        let monitor = FrontEnd::REFERENCE.monitor_code(Kilopascals(SHOWN_KPA));
+        let pins = Pins {
+            monitor: f64::from(monitor) / 65_536.0,
+            ..pins_at_rest()
+        };
+        moment.set_pins_at_rail(&pins, if moment.ms < from_ms { 1.0 } else { rail });
+        moment.set_levels(REST);
+        Ok(moment.ms < until_ms)
+    })?;
+    let mut outcome = Outcome::default();
+    let recording = crate::recording::Recording::of(&record.messages)?;
+    let last = recording.ticks.last().context("no snapshot")?;
+    let told = f64::from(last.frame.rail.0);
+    outcome.number("rail as told", told, "mV");
+    outcome.at_most(
+        "which is wrong by",
+        (told - 3_300.0 * rail).abs(),
+        "mV",
+        5.0,
+    );
+    let pressure = last.snapshot.split_once("pressure: Some(Kilopascals(");
+    let pressure: f64 = pressure
+        .and_then(|(_, rest)| rest.split_once(')')?.0.parse().ok())
+        .context("no pressure")?;
+    outcome.at_most(
+        "pressure is wrong by",
+        (pressure - f64::from(SHOWN_KPA)).abs(),
+        "kPa",
+        0.05,
+    );
+    match fault {
+        Some(fault) => {
+            let said = record.message(from_ms, fault);
+            let ms = said.map_or(f64::NAN, |message| (message.ms - from_ms) as f64);
+            outcome.at_most("to the report", ms, "ms", 25.0);
+        }
+        None => outcome.must(
+            recording.events.is_empty(),
+            format!("reported: {:?}", recording.events),
+        ),
+    }
     Ok(outcome)
 }

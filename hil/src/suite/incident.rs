@@ -7,11 +7,12 @@ use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
 use super::test::Outcome;
-use crate::bench::{self, MS, Moment, Record, Setup};
+use crate::bench::{self, MS, Record, Setup};
 use crate::closed_loop::{self, Loop};
+use crate::moment::Moment;
 
 /// From a reset to a defined code at the regulator.
-pub const SAFE_AFTER_RESET_MS: f64 = 1.0;
+pub const SAFE_AFTER_RESET_MS: f64 = 0.03;
 
 /// What happened around something that was done while the sphere was held.
 #[derive(Debug, Clone, Default)]

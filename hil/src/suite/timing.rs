@@ -64,7 +64,7 @@ fn minute(context: &Context<'_>, telemetry_us: u32, host: Host) -> anyhow::Resul
     Ok(outcome)
 }
 
-fn idle(setup: &Setup<'_>, until_ms: u64) -> anyhow::Result<Record> {
+pub fn idle(setup: &Setup<'_>, until_ms: u64) -> anyhow::Result<Record> {
     let ((), record) = bench::run(setup, (), move |(), moment| {
         if moment.ms == 0 {
             moment.set_pins(&pins_at_rest());
@@ -76,7 +76,7 @@ fn idle(setup: &Setup<'_>, until_ms: u64) -> anyhow::Result<Record> {
 }
 
 /// Every tick against its neighbour, and against the raster that the first one begins.
-fn jitter(record: &Record, outcome: &mut Outcome) {
+pub fn jitter(record: &Record, outcome: &mut Outcome) {
     let us = |tick: &Tick| tick.at.0 as f64 / 1e3;
     let periods = record
         .ticks

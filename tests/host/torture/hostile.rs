@@ -15,7 +15,9 @@ use softgrip::grasp::State;
 use softgrip::settings::{GaugeSense, OnFault, OnLoss, Settings};
 use softgrip::table::{FINGER, ObjectKind};
 use softgrip::telemetry::Event;
-use softgrip::units::{AdcCode, Degrees, Kilograms, Kilopascals, MetresPerSecondSquared};
+use softgrip::units::{
+    AdcCode, Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Millivolts,
+};
 use softgrip::{Command, Controller, Grip, Outputs, RawFrame};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -264,6 +266,8 @@ enum Mode {
     OneChannel(usize, u16),
     /// A bit of one channel is flipped.
     BitFlip(usize, u16),
+    /// The converters' reference is this many millivolts.
+    Rail(u16),
     /// Two channels have changed places.
     Swapped(usize, usize),
     /// All channels carry the same.
@@ -332,13 +336,14 @@ impl Mode {
             1 => u16::MAX,
             _ => rng.u16(..),
         };
-        match rng.u8(..8) {
+        match rng.u8(..9) {
             0 | 1 => Self::OneChannel(rng.usize(..5), code),
             2 => Self::BitFlip(rng.usize(..5), 1 << rng.u32(..16)),
             3 => Self::Swapped(rng.usize(..5), rng.usize(..5)),
             4 => Self::All(code),
             5 => Self::Alternating,
             6 => Self::Random,
+            7 => Self::Rail(code),
             _ => Self::Lossy,
         }
     }
@@ -350,6 +355,7 @@ impl Mode {
             Self::Plausible => {}
             Self::OneChannel(channel, code) => codes[channel] = code,
             Self::BitFlip(channel, bit) => codes[channel] ^= bit,
+            Self::Rail(millivolts) => frame.rail = Millivolts(millivolts),
             Self::Swapped(one, other) => codes.swap(one, other),
             Self::All(code) => codes = [code; 5],
             Self::Alternating => {

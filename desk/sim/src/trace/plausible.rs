@@ -229,6 +229,7 @@ fn approach(
             noise_variance: [0.0; softgrip::FINGERS],
             monitor: Monitor::Valid(Kilopascals(row.pressure_kpa as f32)),
             supply: None,
+            rail_is_off: false,
             stale_ticks: 0,
             overrun: false,
         };
