@@ -54,8 +54,10 @@ pub struct Controller {
 struct Feedback {
     /// What the models make of the next tick.
     expected: Expected,
-    /// A command that was accepted, where an earlier stage carries it out.
-    accepted: Option<Command>,
+    /// What is latched has been acknowledged.
+    acknowledged: bool,
+    /// A tare begins.
+    tare_begins: bool,
     /// What the arm does.
     motion: Motion,
 }
@@ -77,7 +79,8 @@ impl Controller {
             active,
             feedback: Feedback {
                 expected: Expected::default(),
-                accepted: None,
+                acknowledged: false,
+                tare_begins: false,
                 motion: Motion::default(),
             },
             conditioner: Conditioner::new(),
@@ -105,30 +108,26 @@ impl Controller {
     #[inline(never)]
     pub fn step(&mut self, now: Instant, frame: &RawFrame, command: Command) -> Outputs {
         let (table, active) = (self.table, &self.active);
-        let Feedback {
-            expected,
-            accepted,
-            motion,
-        } = self.feedback;
-        let acknowledged = accepted == Some(Command::Acknowledge);
-        let start_tare = accepted == Some(Command::Tare);
-        let motion = match command {
-            Command::Motion(motion) => motion,
-            _ => motion,
-        };
+        let feedback = &mut self.feedback;
+        if let Command::Motion(motion) = command {
+            feedback.motion = motion;
+        }
         let idle = self.supervisor.state() == State::Idle;
-        let watch = self.supervisor.watch(motion);
+        let watch = self.supervisor.watch(feedback.motion);
         let mut events = Events::new();
 
-        let reading = self
-            .conditioner
-            .step(frame, &active.front_end, &expected, acknowledged);
+        let reading = self.conditioner.step(
+            frame,
+            &active.front_end,
+            &feedback.expected,
+            feedback.acknowledged,
+        );
         let air = self.air.observe(now, reading.monitor);
         let contact = self.estimator.step(&reading, table, &active.finger);
         let contact_ue = active.finger.contact_ue;
         let zero = self
             .zero
-            .step(&reading, &contact, idle, start_tare, contact_ue);
+            .step(&reading, &contact, idle, feedback.tare_begins, contact_ue);
         let verdict = self
             .detector
             .step(now, &reading, &contact, &air, watch, &active.detection);
@@ -149,15 +148,14 @@ impl Controller {
         let limit = active.regulator.max_pressure;
         let dac = interlock(pressure, &state, reading.monitor, limit, &active.front_end);
 
-        self.feedback = Feedback {
-            expected: Expected {
-                zero_ue: self.zero.offsets_ue(),
-                free_strain: self.estimator.free_strain(),
-                pressure: self.air.expected(),
-            },
-            accepted: (answer == Some(Answer::Accepted)).then_some(command),
-            motion,
+        feedback.expected = Expected {
+            zero_ue: self.zero.offsets_ue(),
+            free_strain: self.estimator.free_strain(),
+            pressure: self.air.expected(),
         };
+        let accepted = matches!(answer, Some(Answer::Accepted));
+        feedback.acknowledged = accepted && matches!(command, Command::Acknowledge);
+        feedback.tare_begins = accepted && matches!(command, Command::Tare);
         Outputs {
             dac,
             indicators: self.indicators(&reading),

@@ -28,7 +28,7 @@ use air::AirLoss;
 use collapse::Collapse;
 use evidence::Evidence;
 use level::{Level, Smoothing};
-use limits::{FINGER_ALLOWANCE, Limits, Signs};
+use limits::{Limits, Signs};
 use one_sided::OneSided;
 use plateau::{CALM, Plateau, Reference};
 use shares::Shares;
@@ -190,8 +190,6 @@ struct Hold {
     slip: Slip,
     /// The pressure has changed since the plateau was taken.
     outdated: bool,
-    /// What was made of the last tick; none while the fingers still follow the pressure.
-    signs: Option<Signs>,
 }
 
 /// The detector's memory.
@@ -201,6 +199,7 @@ pub struct Detector {
     smoothing: Smoothing,
     air: AirLoss,
     hold: Option<Hold>,
+    signs: Signs,
 }
 
 impl Detector {
@@ -211,6 +210,7 @@ impl Detector {
             smoothing: Smoothing::new(),
             air: AirLoss::NONE,
             hold: None,
+            signs: Signs::NONE,
         }
     }
 
@@ -221,7 +221,7 @@ impl Detector {
 
     /// What was made of the last tick; none while nothing is held at a steady pressure.
     pub fn signs(&self) -> Option<Signs> {
-        self.hold.as_ref()?.signs
+        (self.hold.is_some() && self.signs.steady).then_some(self.signs)
     }
 
     /// Judges one tick. `watch` is given while the supervisor believes that something is held; the first such
@@ -265,7 +265,7 @@ impl Detector {
             noise_variance: &reading.noise_variance,
             watch,
         };
-        hold.step(&tick, plateau, smoothing, active)
+        hold.step(&tick, plateau, smoothing, active, &mut self.signs)
     }
 }
 
@@ -288,7 +288,6 @@ impl Hold {
             evidence: Evidence::none(now),
             slip: Slip::NONE,
             outdated: false,
-            signs: None,
         }
     }
 
@@ -298,6 +297,7 @@ impl Hold {
         plateau: &Plateau,
         smoothing: &Smoothing,
         active: &Active,
+        signs: &mut Signs,
     ) -> Verdict {
         let &Tick {
             now,
@@ -305,7 +305,7 @@ impl Hold {
             noise_variance,
             watch,
         } = tick;
-        self.signs = None;
+        signs.steady = false;
         self.outdated |= watch.pressure_changes;
         let settling = self.reference.settle(now, plateau, contact, watch.carrying);
         let tightens = self.outdated || settling;
@@ -319,15 +319,12 @@ impl Hold {
         self.reference.follow_lately(plateau, contact);
         self.level.step(&shares, smoothing);
 
-        let quick = self.collapse.step(
-            &shares,
-            &self.level,
-            smoothing,
-            tightens,
-            active.loss_allowance,
-            limits,
-        );
-        let slow = slow::fall(&shares, limits);
+        let quick_fall = self
+            .collapse
+            .step(&shares, &self.level, smoothing, tightens, limits);
+        let slow_fall = slow::fall(&shares);
+        let quick = quick_fall - active.loss_allowance - limits.quick_allowance;
+        let slow = slow_fall - limits.slow_allowance;
         let collapse = larger(quick, slow);
         let one_sided = self.one_sided.step(&shares, &lately, smoothing);
         let (fall, cause) = match one_sided {
@@ -337,12 +334,14 @@ impl Hold {
         };
         // What a free finger would lose at a lower pressure is no evidence.
         let sag = self.reference.sag_ue(contact) * shares.per_ue;
-        self.signs = (!tightens).then_some(Signs {
-            collapse: quick + active.loss_allowance + limits.quick_allowance - sag,
-            slow: slow + limits.slow_allowance - sag,
-            one_sided: one_sided.map(|fall| fall + FINGER_ALLOWANCE - sag),
+        *signs = Signs {
+            steady: !tightens,
+            collapse: quick_fall,
+            slow: slow_fall,
+            one_sided,
+            sag,
             excess: fall - sag,
-        });
+        };
         let lost = self.evidence.step(
             now,
             fall - sag,

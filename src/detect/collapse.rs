@@ -32,15 +32,14 @@ impl Collapse {
         passed: false,
     };
 
-    /// Fall of the sum below where it was just now, less what counts for nothing. `tightens`: the grip is
-    /// being changed, or still follows the last of its pressure.
+    /// Fall of the sum below where it was just now. `tightens`: the grip is being changed, or still follows the
+    /// last of its pressure.
     pub fn step(
         &mut self,
         shares: &Shares,
         level: &Level,
         smoothing: &Smoothing,
         tightens: bool,
-        allowance: f32,
         limits: &Limits,
     ) -> f32 {
         self.least += smoothing.gain * (shares.emptiest - self.least);
@@ -52,7 +51,7 @@ impl Collapse {
         };
         let recent = self.recent - limits.held_fall_per_s / TICKS_PER_S;
         self.recent = larger(reached, recent);
-        self.recent - shares.sum - allowance - limits.quick_allowance
+        self.recent - shares.sum
     }
 }
 
@@ -60,8 +59,6 @@ impl Collapse {
 mod tests {
     use super::*;
     use crate::detect::limits::{MOVING, PASSED, TWO_FINGERS};
-
-    const ALLOWANCE: f32 = 0.05;
 
     struct Hold {
         collapse: Collapse,
@@ -78,21 +75,16 @@ mod tests {
             }
         }
 
-        /// So many ticks; the fall in the last one, without what counts for nothing.
+        /// So many ticks; the fall in the last one.
         fn run(&mut self, shares: Shares, tightens: bool, ticks: u32, limits: &Limits) -> f32 {
             let mut fall = f32::NAN;
             for _ in 0..ticks {
                 self.level.step(&shares, &self.smoothing);
-                fall = self.collapse.step(
-                    &shares,
-                    &self.level,
-                    &self.smoothing,
-                    tightens,
-                    ALLOWANCE,
-                    limits,
-                );
+                fall = self
+                    .collapse
+                    .step(&shares, &self.level, &self.smoothing, tightens, limits);
             }
-            fall + ALLOWANCE
+            fall
         }
     }
 
@@ -116,11 +108,11 @@ mod tests {
     }
 
     #[test]
-    fn two_fingers_may_fall_faster_and_further() {
+    fn two_fingers_may_fall_faster() {
         let mut hold = Hold::new();
         let fall = hold.run(Shares::every(0.5), false, 10, &TWO_FINGERS);
         let reference = 1.0 - 1e-2 * TWO_FINGERS.held_fall_per_s;
-        assert_close(fall, reference - 0.5 - TWO_FINGERS.quick_allowance);
+        assert_close(fall, reference - 0.5);
     }
 
     #[test]

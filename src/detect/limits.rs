@@ -64,16 +64,32 @@ pub static TWO_FINGERS: Limits = Limits {
     slip: 4.0,
 };
 
-/// What the detector saw in one tick, as shares of the plateau, before what counts for nothing is taken off.
+/// What the detector saw in one tick, as shares of the plateau.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signs {
+    /// The fingers have followed the pressure to its end.
+    pub(super) steady: bool,
     /// Fall of the sum below where it was just now.
     pub collapse: f32,
     /// Fall of all fingers but the emptiest below their plateau.
     pub slow: f32,
-    /// Fall of the emptiest finger; none unless the others feel it.
+    /// Fall of the emptiest finger beyond [`FINGER_ALLOWANCE`]; none unless the others feel it.
     pub one_sided: Option<f32>,
+    /// What of any fall a lower pressure explains.
+    pub sag: f32,
     /// What exceeds its allowance most, less that: summed up tick by tick, and never below zero, it is the
     /// evidence.
     pub excess: f32,
+}
+
+impl Signs {
+    /// Nothing has fallen.
+    pub(super) const NONE: Self = Self {
+        steady: false,
+        collapse: 0.0,
+        slow: 0.0,
+        one_sided: None,
+        sag: 0.0,
+        excess: 0.0,
+    };
 }

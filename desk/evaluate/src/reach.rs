@@ -140,8 +140,10 @@ impl Reach {
         };
         let tick_ms = 1e-3 * TICK_US as f32;
         self.evidence = (self.evidence + 100.0 * tick_ms * signs.excess).max(0.0);
-        let one_sided = signs.one_sided.unwrap_or(0.0);
-        let now = [signs.collapse, signs.slow, one_sided, self.evidence];
+        let one_sided = signs.one_sided.map_or(0.0, |fall| fall + FINGER_ALLOWANCE);
+        let falls = [signs.collapse, signs.slow, one_sided].map(|fall| fall - signs.sag);
+        let [collapse, slow, one_sided] = falls;
+        let now = [collapse, slow, one_sided, self.evidence];
         for (most, now) in self.most.iter_mut().zip(now) {
             *most = most.max(now);
         }
