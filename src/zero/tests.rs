@@ -218,20 +218,23 @@ fn a_small_drift_is_followed_by_63_percent_in_a_second() {
 
 #[test]
 fn a_finger_counts_as_pressed_500_ue_below_the_mean_of_its_first_rest() {
-    // Strain as seen in 200 ticks after 300, in which the zero moves by up to 20 µε; noise of either sign last.
     for (below_ue, expected) in [(494.0, Ok(())), (506.0, Err(TareFault::Contact))] {
         for sign in [-1.0, 1.0] {
             let mut zero = Zero::new();
+            // 200 ticks after 300, in which the first zero moves by 20 µε; noise of either sign comes last.
             for at in 0..500 {
                 tick(
                     &mut zero,
-                    [-1_480.0, flicker(at, sign * 390.0), 0.0],
+                    [1_480.0, flicker(at, sign * 390.0), 0.0],
                     0.0,
                     true,
                 );
             }
-            let pressed = |_| ([-1_480.0 - below_ue, -below_ue, 0.0], 0.0, true);
-            assert_eq!(tare(&mut zero.clone(), pressed), expected, "{below_ue}");
+            for pressed in [[below_ue, 0.0, 0.0], [0.0, below_ue, 0.0]] {
+                let raw_ue = [1_480.0 - pressed[0], -pressed[1], 0.0];
+                let result = tare(&mut zero.clone(), |_| (raw_ue, 0.0, true));
+                assert_eq!(result, expected, "{pressed:?}");
+            }
         }
     }
 }

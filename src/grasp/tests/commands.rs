@@ -149,6 +149,12 @@ fn a_payload_belongs_to_its_grip() {
     let State::Closing { target, .. } = bench.state() else {
         panic!("{:?}", bench.state());
     };
+    // The lowest pressure that lifts a fifth more.
+    let margin = payload(20.0).margin(&FINGER, target);
+    assert!(
+        margin.is_some_and(|share| (share - 0.2).abs() < 0.01),
+        "{margin:?}"
+    );
     // The same pressure for no payload is another grip, but no other pressure.
     assert_eq!(bench.step(pressure(target.0)), Some(Answer::Accepted));
     assert_eq!(bench.supervisor.payload(), None);
@@ -221,11 +227,20 @@ fn an_acknowledgement_within_300_ms_of_the_last_is_the_same_one() {
 }
 
 #[test]
-fn an_acknowledgement_says_nothing_of_what_fails_in_its_tick() {
+fn an_acknowledgement_says_nothing_of_what_fails_in_its_tick_or_after_it() {
     let mut bench = Bench::new(|_| ());
     bench.run(10);
     bench.reading.stale_ticks = 5;
     bench.step(Command::Acknowledge);
+    bench.reading.stale_ticks = 0;
+    bench.run(10);
+    assert_eq!(bench.state().fault(), Some(Fault::AdcStale));
+    // Nor of what fails in the next one.
+    let mut bench = Bench::new(|_| ());
+    bench.run(10);
+    bench.step(Command::Acknowledge);
+    bench.reading.stale_ticks = 5;
+    bench.run(1);
     bench.reading.stale_ticks = 0;
     bench.run(10);
     assert_eq!(bench.state().fault(), Some(Fault::AdcStale));

@@ -321,3 +321,18 @@ fn a_loss_in_a_fault_that_holds_on_is_told_once_and_changes_nothing_else() {
     assert!(matches!(bench.told()[..], [Event::Lost(_)]));
     assert_eq!(after(&bench), (140.0, false));
 }
+
+#[test]
+fn what_was_not_watched_is_not_watched_in_the_fault_that_remains_either() {
+    let mut bench = Bench::holding([true; 3], |settings| settings.host_timeout_ms = 300.0);
+    bench.reading.stale_ticks = 5;
+    bench.run(1);
+    assert_eq!(after(&bench), (140.0, false));
+    bench.step(Command::Acknowledge);
+    // The robot falls silent, which its hold would be watched in.
+    bench.run(301);
+    bench.reading.stale_ticks = 0;
+    bench.run(1);
+    assert_eq!(bench.state().fault(), Some(Fault::HostSilent));
+    assert_eq!(after(&bench), (140.0, false));
+}
