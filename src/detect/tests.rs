@@ -442,3 +442,21 @@ fn what_was_looked_at_is_told_while_something_is_held_at_a_steady_pressure() {
     all(&mut bench, 1.0);
     assert_eq!(bench.detector.signs(), None);
 }
+
+#[test]
+fn what_counts_for_nothing_is_least_at_rest_and_most_with_two_fingers() {
+    let [still, moving, two] = [
+        Limits::of(Motion::Still, 3),
+        Limits::of(Motion::Moving, 3),
+        Limits::of(Motion::Moving, 2),
+    ];
+    for (less, more) in [(still, moving), (moving, two)] {
+        assert!(less.fall_per_s.limit < more.fall_per_s.limit);
+        assert!(less.fallen.limit < more.fallen.limit);
+        assert!(less.slip < more.slip);
+        assert!(less.quick_allowance <= more.quick_allowance);
+    }
+    assert!(moving.quick_allowance < two.quick_allowance);
+    // Two fingers are not told from two at rest.
+    assert_eq!(Limits::of(Motion::Still, 2), two);
+}
