@@ -451,8 +451,8 @@ fn what_counts_for_nothing_is_least_at_rest_and_most_with_two_fingers() {
         Limits::of(Motion::Moving, 2),
     ];
     for (less, more) in [(still, moving), (moving, two)] {
-        assert!(less.fall_per_s.limit < more.fall_per_s.limit);
-        assert!(less.fallen.limit < more.fallen.limit);
+        assert!(less.held_fall_per_s < more.held_fall_per_s);
+        assert!(less.slow_allowance < more.slow_allowance);
         assert!(less.slip < more.slip);
         assert!(less.quick_allowance <= more.quick_allowance);
     }
