@@ -38,8 +38,9 @@ const V_PER_ADC_CODE: f32 = VREF / 65_536.0;
 /// The 3.3 V rail, which is the reference of all converters, where it is exactly right.
 pub const RAIL: Millivolts = Millivolts(3_300);
 /// Farther off than this share, 5 %, the board's regulator is faulty or overloaded: it is good for 2 % at
-/// 25 °C and 3 % over temperature. What the chip says of it is good for 1 %: 0.3 % of factory calibration,
-/// which is done at 3.3 V ± 10 mV, and 0.4 % of temperature (DS9405, embedded reference voltage).
+/// 25 °C and 3 % over temperature. What the chip says of it is good for 1.1 %: 0.3 % of factory calibration,
+/// which is done at 3.3 V ± 10 mV, 0.4 % of temperature (DS9405, embedded reference voltage), and 0.3 % of the
+/// converter's 5 steps.
 const RAIL_TOLERANCE: u16 = RAIL.0 / 20;
 
 /// Codes of the chip's internal reference, 12 bits at 3.3 V: 1.18 to 1.24 V, and 1.21 V typically.

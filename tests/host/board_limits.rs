@@ -1,0 +1,296 @@
+//! The limits of the bring-up list in `boards/README.md`, from the tolerances of the parts: no good board is
+//! rejected, and the wrong parts that a check is said to find are found.
+
+mod checks;
+mod parts;
+
+use checks::{Check, checks};
+use parts::Part;
+use softgrip::frontend::FrontEnd;
+use softgrip::table::FINGER;
+use softgrip::units::{AdcCode, Kilopascals};
+
+const FE: FrontEnd = FrontEnd::REFERENCE;
+const PAGE: &str = include_str!("../../boards/README.md");
+
+/// What good boards show.
+#[derive(Debug, Clone, Copy)]
+struct Range {
+    /// With all parts at their values.
+    value: f64,
+    /// Worst case: every combination of the parts' ends.
+    low: f64,
+    high: f64,
+    /// Root of the sum of the squares of what each part does by itself: few boards are farther off.
+    rss: f64,
+}
+
+fn range<const N: usize>(parts: [Part; N], shows: impl Fn([f64; N]) -> f64) -> Range {
+    let value = shows(parts.map(|part| part.value));
+    let (mut low, mut high) = (value, value);
+    for corner in 0..1usize << N {
+        let shown = shows(core::array::from_fn(|i| match corner >> i & 1 {
+            0 => parts[i].low,
+            _ => parts[i].high,
+        }));
+        (low, high) = (low.min(shown), high.max(shown));
+    }
+    let one = |at: usize, end: f64| {
+        let mut values = parts.map(|part| part.value);
+        values[at] = end;
+        (shows(values) - value).abs()
+    };
+    let squares = (0..N).map(|i| one(i, parts[i].low).max(one(i, parts[i].high)).powi(2));
+    Range {
+        value,
+        low,
+        high,
+        rss: squares.sum::<f64>().sqrt(),
+    }
+}
+
+/// A row of the page with so many cells.
+fn row(name: &str, cells: usize) -> Vec<&'static str> {
+    let split = |line: &'static str| -> Vec<&'static str> {
+        let inner = line.trim_start_matches('|').trim_end_matches('|');
+        inner.split('|').map(str::trim).collect()
+    };
+    PAGE.lines()
+        .map(split)
+        .find(|row| row.len() == cells && row[0] == name)
+        .unwrap_or_else(|| panic!("boards/README.md has no row of {cells} cells for “{name}”"))
+}
+
+/// How many rows the table has that begins with this cell.
+fn rows(first: &str) -> usize {
+    PAGE.lines()
+        .skip_while(|line| !line.starts_with(&format!("| {first} |")))
+        .skip(2)
+        .take_while(|line| line.starts_with('|'))
+        .count()
+}
+
+fn number(cell: &str) -> f64 {
+    let plain: String = cell
+        .replace('−', "-")
+        .chars()
+        .filter(|c| !c.is_whitespace())
+        .collect();
+    plain
+        .parse()
+        .unwrap_or_else(|_| panic!("boards/README.md: “{cell}” is no number"))
+}
+
+/// What the page allows, lowest and highest.
+fn allowed(check: &Check) -> (f64, f64) {
+    let cells = row(check.name, 7);
+    (number(cells[3]), number(cells[4]))
+}
+
+/// To the digits of the page: outwards, so that rounding rejects no good board.
+fn rounded(check: &Check) -> [f64; 4] {
+    let Check { good, step, .. } = check;
+    let to = |x: f64, round: fn(f64) -> f64| round(x / step) * step;
+    [
+        to(good.value, f64::round),
+        to(good.low, f64::floor),
+        to(good.high, f64::ceil),
+        to(good.rss, f64::ceil),
+    ]
+}
+
+#[test]
+fn the_page_says_the_computed_board_limits() {
+    for check in checks() {
+        let cells = row(check.name, 7);
+        let page = [2, 3, 4, 5].map(|cell| number(cells[cell]));
+        let computed = rounded(&check);
+        for (said, right) in page.into_iter().zip(computed) {
+            assert!(
+                (said - right).abs() < 1e-6 * check.step.max(1.0),
+                "{}: the page says {page:?}, right is {computed:.3?}",
+                check.name
+            );
+        }
+    }
+}
+
+#[test]
+fn no_good_board_is_rejected() {
+    for check in checks() {
+        let (low, high) = allowed(&check);
+        let Range {
+            low: l, high: h, ..
+        } = check.good;
+        assert!(low <= l && h <= high, "{}: {:?}", check.name, check.good);
+    }
+}
+
+#[test]
+fn every_wrong_part_that_a_board_check_is_said_to_find_is_found() {
+    for check in checks() {
+        let said = row(check.name, 7)[6];
+        let names: Vec<&str> = check.wrong.iter().map(|(name, _)| *name).collect();
+        assert_eq!(said, names.join("; "), "{}", check.name);
+        let (low, high) = allowed(&check);
+        for (name, shown) in &check.wrong {
+            assert!(
+                shown.high < low || high < shown.low,
+                "{}, {name}: {shown:?} passes {low} to {high}",
+                check.name
+            );
+        }
+    }
+}
+
+#[test]
+fn the_table_of_the_board_page_has_no_check_that_is_not_computed() {
+    // One is a demand, not a tolerance.
+    assert_eq!(rows("check"), checks().len() + 1);
+}
+
+#[test]
+fn the_command_of_a_board_in_reset_is_what_an_open_finger_allows() {
+    let cells = row("command, reset held down", 7);
+    // kPa below which the fingers count as open (`src/estimate.rs`), of 200 at 10 V.
+    let allowed = 6.0 / 200.0 * 10.0;
+    assert_eq!(number(cells[4]), allowed);
+    // The lowest leakage of the chip's pin that a board at the ends of its tolerances does not bear.
+    let leakage = checks::leakage_in_reset(allowed);
+    assert!(leakage < parts::LEAKAGE.high);
+    let said = format!("{:.0} nA", (1e9 * leakage).floor());
+    assert!(cells[6].contains(&said), "{said}");
+}
+
+/// A limit of the controller, what a good board comes to at its worst, and what that leaves, to whole numbers.
+struct Margin {
+    name: &'static str,
+    is: f64,
+    comes_to: f64,
+    leaves: f64,
+}
+
+fn below(name: &'static str, is: f64, highest: f64) -> Margin {
+    let comes_to = highest.ceil();
+    Margin {
+        name,
+        is,
+        comes_to,
+        leaves: is - comes_to,
+    }
+}
+
+/// Farthest zero of a bridge, µε, and what few boards exceed.
+fn zero_ue(bridge: Range) -> (f64, f64) {
+    let ue = |code: f64| (code - f64::from(FE.gauge_zero)) * f64::from(FE.gauge_ue_per_code);
+    let few = ue(bridge.value + bridge.rss).max(-ue(bridge.value - bridge.rss));
+    (ue(bridge.high).max(-ue(bridge.low)), few)
+}
+
+fn two_gauges() -> Range {
+    checks::bridge(parts::GAUGE, parts::GAUGE, checks::TWO_GAUGES_GAIN)
+}
+
+fn one_gauge() -> Range {
+    checks::bridge(parts::BRIDGE, parts::GAUGE, checks::ONE_GAUGE_GAIN)
+}
+
+fn margins() -> Vec<Margin> {
+    let code = |AdcCode(code): AdcCode| f64::from(code);
+    let grounded = checks::pin_at(parts::exactly(0.0), parts::PULL_UP);
+    let open = checks::pin_without_source(parts::PULL_UP).low.floor();
+    let full_scale = f64::from(FE.gauge_full_scale.0);
+    // What a strain of full scale is read too high.
+    let gain = full_scale * (parts::GAUGE_FACTOR.high * parts::AMPLIFIER_GAIN.high - 1.0);
+    let (two, _) = zero_ue(two_gauges());
+    let (one, _) = zero_ue(one_gauge());
+    // `TARE_LIMIT_UE` in `src/zero.rs`, 5 kPa above the highest limit of pressure, and 5 % of the rail.
+    let (tare, pressure, rail_mv) = (2_000.0, Kilopascals(165.0), 165.0);
+    vec![
+        below("short, code", code(FE.gauge_short_below), grounded.high),
+        Margin {
+            name: "open, code",
+            is: code(FE.gauge_open_above),
+            comes_to: open,
+            leaves: open - code(FE.gauge_open_above),
+        },
+        below("full scale, two active gauges, µε", full_scale, two + gain),
+        below("full scale, one active gauge, µε", full_scale, one + gain),
+        below("tare, two active gauges, µε", tare, two),
+        below("tare, one active gauge, µε", tare, one),
+        below(
+            "monitor too high, code",
+            code(FE.monitor_high_above),
+            checks::highest_monitor_code(pressure),
+        ),
+        below("rail, mV off", rail_mv, checks::rail_told_off()),
+    ]
+}
+
+#[test]
+fn the_board_page_says_what_the_limits_of_the_controller_leave() {
+    for margin in margins() {
+        let cells = row(margin.name, 5);
+        let page = [2, 3, 4].map(|cell| number(cells[cell]));
+        let computed = [margin.is, margin.comes_to, margin.leaves];
+        assert_eq!(page, computed, "{}", margin.name);
+    }
+    assert_eq!(rows("limit"), margins().len());
+}
+
+#[test]
+fn the_limits_of_the_controller_refuse_no_good_board_but_where_the_board_page_says_so() {
+    let refused: Vec<&str> = margins()
+        .iter()
+        .filter(|margin| margin.leaves < 0.0)
+        .map(|margin| margin.name)
+        .collect();
+    let known = [
+        "open, code",
+        "tare, two active gauges, µε",
+        "tare, one active gauge, µε",
+    ];
+    assert_eq!(refused, known);
+    for (bridge, gauges) in [(two_gauges(), "two active gauges"), (one_gauge(), "one")] {
+        let (_, few) = zero_ue(bridge);
+        assert!(few < 2_000.0, "{gauges}: {few}");
+        let said = format!(
+            "±{} {:03} µε ({gauges}",
+            few.ceil() as u32 / 1_000,
+            few.ceil() as u32 % 1_000
+        );
+        assert!(
+            PAGE.contains(&said),
+            "boards/README.md does not say “{said}”"
+        );
+    }
+    // An open wire that is not *open* is beyond full scale.
+    let AdcCode(full_scale) = AdcCode(FE.gauge_code(FE.gauge_full_scale) as u16);
+    assert!(checks::pin_without_source(parts::PULL_UP).low > f64::from(full_scale));
+}
+
+#[test]
+fn the_finger_at_its_highest_pressure_is_within_full_scale_on_every_board() {
+    let strain = FINGER.rows.map(|row| row.free_strain_ue);
+    let most = f64::from(strain.into_iter().fold(0.0, f32::max));
+    for margin in margins()
+        .iter()
+        .filter(|margin| margin.name.starts_with("full scale"))
+    {
+        assert!(most < margin.leaves, "{}: {most}", margin.name);
+    }
+}
+
+#[test]
+fn an_amplifier_that_ends_at_50_mv_shows_a_short_as_the_board_page_says() {
+    let shown = checks::pin_at(parts::exactly(0.05), parts::PULL_UP);
+    assert!(shown.low > f64::from(FE.gauge_short_below.0));
+    let tens = |code: f64| format!("1 {:03}", code as u32 % 1_000);
+    let low = tens((shown.low / 10.0).floor() * 10.0);
+    let high = tens((shown.high / 10.0).ceil() * 10.0);
+    let said = format!("code {low} to {high}");
+    assert!(
+        PAGE.contains(&said),
+        "boards/README.md does not say “{said}”"
+    );
+}
