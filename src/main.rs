@@ -14,6 +14,8 @@ mod board;
 mod control;
 #[path = "firmware/failsafe.rs"]
 mod failsafe;
+#[path = "firmware/identity.rs"]
+mod identity;
 #[path = "firmware/links.rs"]
 mod links;
 #[path = "firmware/record.rs"]
@@ -30,7 +32,7 @@ use softgrip::march::march;
 use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 
-use board::{Clock, ResetReason};
+use identity::Identity;
 
 // The output is the chip's first act. Then the memory of the variables is tested, which nobody uses yet: 3 ms
 // at the chip's first clock. With bad memory nothing can run, and the output stays safe.
@@ -89,34 +91,5 @@ async fn main(spawner: Spawner) {
             board::high_priority().spawn(control.expect("spawned once"));
         }
         Err(error) => failsafe::stay(&|| defmt::error!("wrong settings: {}", error)),
-    }
-}
-
-/// What runs here, and since when: told at the start, and to a host that asks.
-#[derive(Clone, Copy)]
-struct Identity {
-    reset: ResetReason,
-    clock: Clock,
-    failure: Option<Failure>,
-}
-
-impl Identity {
-    fn tell(&self) {
-        defmt::info!(
-            "softgrip {=str} ({=str}) on {=str}, chip {=[u8; 12]:02x}, reset: {}, clock: {}; finger {=str}, table {=u64:016x}, error {=f32} %",
-            env!("CARGO_PKG_VERSION"),
-            env!("SOFTGRIP_COMMIT"),
-            board::NAME,
-            board::unique_id(),
-            self.reset,
-            self.clock,
-            FINGER.recipe,
-            FINGER.inputs_hash,
-            FINGER.error_bound_percent,
-        );
-        if let Some(failure) = &self.failure {
-            failsafe::tell(failure);
-        }
-        board::check_brown_out();
     }
 }

@@ -9,11 +9,12 @@ use embassy_time::{Duration, Instant, with_deadline};
 use heapless::spsc::Consumer;
 use softgrip::TICK_US;
 
+use crate::identity::Identity;
 use crate::links::{
     EVENT_SENT, EVENTS_LOST, LONGEST_TICK_OF_SECOND_US, LONGEST_TICK_US, Numbered,
     TELEMETRY_PERIOD_US, TELEMETRY_RAN, TELL_IDENTITY, TICK,
 };
-use crate::{Identity, record};
+use crate::record;
 
 /// The watchdog's time may be as short as 68 ms, and a tick feeds it only after this task has run.
 const LONGEST_PERIOD_US: u64 = 50_000;
