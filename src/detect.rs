@@ -362,7 +362,18 @@ impl Hold {
         }
         let slip = limits.slip * active.slip;
         let slip = if settling { SETTLING_SLIP * slip } else { slip };
-        if self.slip.step(&self.level, slip, sag) {
+        self.judge_slip(contact, plateau, slip, sag)
+    }
+
+    /// Whether the object moves in the grip, where it is not lost. Where nothing moves, the plateau follows creep.
+    fn judge_slip(
+        &mut self,
+        contact: &Contact,
+        plateau: &Plateau,
+        limit: f32,
+        sag: f32,
+    ) -> Verdict {
+        if self.slip.step(&self.level, limit, sag) {
             return Verdict::Slipping {
                 rate: self.level.rate,
             };
