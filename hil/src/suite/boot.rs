@@ -153,7 +153,7 @@ fn identity(context: &Context<'_>) -> anyhow::Result<Outcome> {
         if moment.ms == asked_ms {
             moment.set_word(request, 1)?;
         }
-        Ok(moment.ms < 2_000)
+        Ok(moment.ms < 2_500)
     })?;
     let mut outcome = Outcome::default();
     let said = record.message(asked_ms, "softgrip ");
@@ -168,7 +168,7 @@ fn identity(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let seconds =
         seconds.filter(|message| message.text.starts_with("longest tick of the last second"));
     outcome.must(
-        seconds.count() == 1,
+        seconds.count() == 2,
         "the longest tick is not told once per second",
     );
     Ok(outcome)
