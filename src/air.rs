@@ -12,8 +12,10 @@ pub struct Air {
     pub measured: Option<Kilopascals>,
     /// What the commands so far should have given; unknown before the first measurement.
     pub expected: Option<Kilopascals>,
-    /// The pressure has deviated from that for this long, µs.
+    /// The pressure has deviated from that for this long without progress, µs; zero while it follows.
     pub deviating_us: u64,
+    /// When it deviated last.
+    pub deviated: Instant,
 }
 
 impl Air {
@@ -28,6 +30,9 @@ impl Air {
 
 /// The pressure follows while it is within this of what the command should give.
 pub(crate) const FOLLOWING_KPA: f32 = 8.0;
+/// One that lags further behind is on its way while it comes this much nearer in the time that is allowed:
+/// more than the ripple of a regulator that is stuck, and less than the slowest pump loops make of 300 ms.
+const PROGRESS_KPA: f32 = 3.0;
 
 /// What is known of the regulator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +71,19 @@ pub struct Active {
 pub struct AirModel {
     /// Unknown before the first measurement.
     expected: Option<f32>,
-    deviating_since: Option<Instant>,
+    target: f32,
+    deviation: Option<Deviation>,
+    /// When it deviated last.
+    deviated: Instant,
+}
+
+/// A pressure that does not follow.
+#[derive(Debug, Clone, Copy)]
+struct Deviation {
+    /// Since when it has made no progress.
+    since: Instant,
+    /// Where it was then, kPa.
+    from: f32,
 }
 
 impl AirModel {
@@ -74,7 +91,9 @@ impl AirModel {
     pub fn new() -> Self {
         Self {
             expected: None,
-            deviating_since: None,
+            target: 0.0,
+            deviation: None,
+            deviated: Instant::from_micros(0),
         }
     }
 
@@ -83,31 +102,72 @@ impl AirModel {
         self.expected.map(Kilopascals)
     }
 
-    /// Compares the pressure with what it should be.
+    /// Compares the pressure with what it should be. One that lies between that and the target follows, too: its
+    /// regulator is faster than the model, or got its command without the slew limit. One that lags behind follows
+    /// as long as it makes progress: its regulator is slower, or has a dead time.
     pub fn observe(&mut self, now: Instant, monitor: Monitor) -> Air {
         let measured = monitor.pressure();
         if let Some(measured) = measured {
             let expected = *self.expected.get_or_insert(measured.0);
-            self.deviating_since = match (measured.0 - expected).abs() > FOLLOWING_KPA {
-                true => Some(self.deviating_since.unwrap_or(now)),
-                false => None,
-            };
+            let near = (measured.0 - expected).abs() <= FOLLOWING_KPA;
+            if near || self.leads(measured.0, expected) {
+                self.deviation = None;
+            } else {
+                self.deviated = now;
+                let on_its_way = |off: Deviation| off.progresses(measured.0, expected);
+                if self.deviation.is_none_or(on_its_way) {
+                    self.deviation = Some(Deviation {
+                        since: now,
+                        from: measured.0,
+                    });
+                }
+            }
+        }
+        if self.deviation.is_some() && measured.is_none() {
+            self.deviated = now;
         }
         Air {
             measured,
             expected: self.expected(),
             deviating_us: self
-                .deviating_since
-                .map_or(0, |since| now.micros_since(since)),
+                .deviation
+                .map_or(0, |deviation| now.micros_since(deviation.since)),
+            deviated: self.deviated,
         }
     }
 
-    /// Goes one tick towards the set-point, and says where that leads.
-    pub fn drive(&mut self, setpoint_kpa: f32, active: &Active) -> Option<Kilopascals> {
+    /// Whether the pressure is further on its way to the target than expected, and not beyond it.
+    fn leads(&self, measured: f32, expected: f32) -> bool {
+        let (low, high) = match self.target > expected {
+            true => (expected, self.target + FOLLOWING_KPA),
+            false => (self.target - FOLLOWING_KPA, expected),
+        };
+        self.target != expected && (low..=high).contains(&measured)
+    }
+
+    /// Goes one tick towards the set-point, which is on its way to the target, and says where that leads.
+    pub fn drive(
+        &mut self,
+        setpoint_kpa: f32,
+        target_kpa: f32,
+        active: &Active,
+    ) -> Option<Kilopascals> {
+        self.target = target_kpa;
         if let Some(expected) = &mut self.expected {
             *expected += active.gain * (setpoint_kpa - *expected);
         }
         self.expected()
+    }
+}
+
+impl Deviation {
+    /// Whether the pressure has come nearer to what it should be by enough.
+    fn progresses(&self, measured: f32, expected: f32) -> bool {
+        let nearer = match measured < expected {
+            true => measured - self.from,
+            false => self.from - measured,
+        };
+        nearer >= PROGRESS_KPA
     }
 }
 
@@ -133,12 +193,12 @@ mod tests {
     fn the_model_starts_at_the_first_measurement_and_then_lags_behind_the_setpoint() {
         let active = Settings::default().validate().expect("the defaults");
         let mut model = AirModel::new();
-        assert_eq!(model.drive(100.0, &active), None);
+        assert_eq!(model.drive(100.0, 100.0, &active), None);
         assert_eq!(model.observe(at(0), Monitor::Missing).expected, None);
         let air = model.observe(at(1), valid(3.0));
         assert_eq!(air.expected, Some(Kilopascals(3.0)));
         for _ in 0..75 {
-            model.drive(103.0, &active);
+            model.drive(103.0, 103.0, &active);
         }
         // 63 % of the way after one time constant.
         let expected = model.expected().expect("known").0;
@@ -151,6 +211,7 @@ mod tests {
             measured: measured.map(Kilopascals),
             expected: expected.map(Kilopascals),
             deviating_us: 0,
+            deviated: at(0),
         };
         assert_eq!(air(Some(97.0), Some(100.0)).deviation_kpa(), Some(-3.0));
         assert_eq!(air(Some(104.0), Some(100.0)).deviation_kpa(), Some(4.0));
@@ -169,6 +230,11 @@ mod tests {
         let deviating =
             |model: &mut AirModel, ms, monitor| model.observe(at(ms), monitor).deviating_us;
         assert_eq!(deviating(&mut model, 0, valid(100.0)), 0);
+        model.drive(
+            100.0,
+            100.0,
+            &Settings::default().validate().expect("the defaults"),
+        );
         for kpa in [108.0, 92.0] {
             assert_eq!(deviating(&mut model, 5, valid(kpa)), 0, "{kpa}");
         }
@@ -179,5 +245,48 @@ mod tests {
             assert_eq!(deviating(&mut model, 13, valid(100.0)), 0);
             assert_eq!(deviating(&mut model, 14, Monitor::Missing), 0);
         }
+    }
+
+    /// A model at 50 kPa on its way to 100.
+    fn rising() -> AirModel {
+        let active = Settings::default().validate().expect("the defaults");
+        let mut model = AirModel::new();
+        model.observe(at(0), valid(0.0));
+        while model.expected().is_some_and(|kpa| kpa.0 < 50.0) {
+            model.drive(100.0, 100.0, &active);
+        }
+        model
+    }
+
+    #[test]
+    fn a_pressure_ahead_of_the_model_follows_up_to_the_target_and_no_further() {
+        for (kpa, follows) in [
+            (41.0, false),
+            (43.0, true),
+            (99.0, true),
+            (107.0, true),
+            (109.0, false),
+        ] {
+            let mut model = rising();
+            model.observe(at(1), valid(kpa));
+            let air = model.observe(at(2), valid(kpa));
+            assert_eq!(air.deviating_us == 0, follows, "{kpa}");
+        }
+    }
+
+    #[test]
+    fn a_pressure_that_lags_behind_is_given_its_time_again_with_each_3_kpa_of_progress() {
+        let mut model = rising();
+        let mut us = |ms, kpa| model.observe(at(ms), valid(kpa)).deviating_us;
+        assert_eq!(us(100, 20.0), 0);
+        assert_eq!(us(200, 22.9), 100_000);
+        assert_eq!(us(300, 23.1), 0);
+        // Ripple is no progress, and neither is what goes the other way.
+        for ms in 301..500 {
+            let ripple = if ms % 2 == 0 { 1.0 } else { -5.0 };
+            assert_eq!(us(ms, 23.1 + ripple), 1_000 * (ms - 300));
+        }
+        let air = model.observe(at(500), valid(50.0));
+        assert_eq!((air.deviating_us, air.deviated), (0, at(499)));
     }
 }

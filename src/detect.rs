@@ -152,6 +152,8 @@ pub struct Watch {
     /// The pressure is on its way to another set-point, so a residual that drifts is no slip, and air that
     /// lags behind is no air loss.
     pub pressure_changes: bool,
+    /// The pressure is there, and the fingers follow the last of it: no slip is judged yet.
+    pub fingers_follow: bool,
 }
 
 /// A latched loss.
@@ -198,7 +200,9 @@ pub struct Detector {
     plateau: Plateau,
     smoothing: Smoothing,
     air: AirLoss,
-    hold: Option<Hold>,
+    /// The present hold, or the one before.
+    hold: Hold,
+    holds: bool,
     signs: Signs,
 }
 
@@ -209,19 +213,20 @@ impl Detector {
             plateau: Plateau::new(),
             smoothing: Smoothing::new(),
             air: AirLoss::NONE,
-            hold: None,
+            hold: Hold::none(),
+            holds: false,
             signs: Signs::NONE,
         }
     }
 
     /// The normalised residual, smoothed; none while nothing is held.
     pub fn level(&self) -> Option<f32> {
-        self.hold.as_ref().map(|hold| hold.level.value)
+        self.holds.then_some(self.hold.level.value)
     }
 
     /// What was made of the last tick; none while nothing is held at a steady pressure.
     pub fn signs(&self) -> Option<Signs> {
-        (self.hold.is_some() && self.signs.steady).then_some(self.signs)
+        (self.holds && self.signs.steady).then_some(self.signs)
     }
 
     /// Judges one tick. `watch` is given while the supervisor believes that something is held; the first such
@@ -235,10 +240,10 @@ impl Detector {
         watch: Option<Watch>,
         active: &Active,
     ) -> Verdict {
-        let hold = self.hold.as_mut().map(|hold| &mut hold.reference);
+        let hold = self.holds.then_some(&mut self.hold.reference);
         self.plateau.step(contact, hold);
         let Some(watch) = watch else {
-            self.hold = None;
+            self.holds = false;
             self.air = AirLoss::NONE;
             return Verdict::Unarmed;
         };
@@ -247,25 +252,21 @@ impl Detector {
         } else if self.air.step(air, active.air_loss_kpa) {
             return Verdict::AirLoss;
         }
-        // A fall that has begun is judged against the plateau that it began from.
-        if let Some(hold) = &self.hold
-            && hold.outdated
-            && !watch.pressure_changes
-            && hold.evidence.is_none()
-        {
-            self.hold = None;
-        }
         let (plateau, smoothing) = (&self.plateau, &self.smoothing);
-        let hold = self
-            .hold
-            .get_or_insert_with(|| Hold::begin(now, plateau, watch.carrying));
+        // A fall that has begun is judged against the plateau that it began from.
+        let has_changed = self.hold.outdated && !watch.pressure_changes;
+        if !self.holds || has_changed && self.hold.evidence.is_none() {
+            self.hold.begin(now, plateau, watch.carrying);
+            self.holds = true;
+        }
         let tick = Tick {
             now,
             contact,
             noise_variance: &reading.noise_variance,
             watch,
         };
-        hold.step(&tick, plateau, smoothing, active, &mut self.signs)
+        self.hold
+            .step(&tick, plateau, smoothing, active, &mut self.signs)
     }
 }
 
@@ -278,17 +279,29 @@ struct Tick<'a> {
 }
 
 impl Hold {
-    #[inline(never)]
-    fn begin(now: Instant, plateau: &Plateau, carrying: [bool; FINGERS]) -> Self {
+    /// None yet.
+    fn none() -> Self {
         Self {
-            reference: plateau.reference(now, carrying),
+            reference: Reference::NONE,
             level: Level::START,
             collapse: Collapse::START,
             one_sided: OneSided::START,
-            evidence: Evidence::none(now),
+            evidence: Evidence::none(Instant::default()),
             slip: Slip::NONE,
             outdated: false,
         }
+    }
+
+    /// Begins in place, field by field: a copy would make this tick the dearest, and its stack the deepest.
+    #[inline(never)]
+    fn begin(&mut self, now: Instant, plateau: &Plateau, carrying: [bool; FINGERS]) {
+        self.reference.begin(now, plateau, carrying);
+        self.level = Level::START;
+        self.collapse = Collapse::START;
+        self.one_sided = OneSided::START;
+        self.evidence = Evidence::none(now);
+        self.slip = Slip::NONE;
+        self.outdated = false;
     }
 
     fn step(
@@ -357,12 +370,17 @@ impl Hold {
             };
         }
 
-        if self.outdated {
+        if self.outdated || watch.fingers_follow {
             return Verdict::Holding;
         }
         let slip = limits.slip * active.slip;
         let slip = if settling { SETTLING_SLIP * slip } else { slip };
-        self.judge_slip(contact, plateau, slip, sag)
+        // Where the pressure is steady, nothing swells.
+        let swell = match settling {
+            true => plateau.swell_ue(contact) * shares.per_ue,
+            false => 0.0,
+        };
+        self.judge_slip(contact, plateau, slip, [swell, sag])
     }
 
     /// Whether the object moves in the grip, where it is not lost. Where nothing moves, the plateau follows creep.
@@ -371,9 +389,9 @@ impl Hold {
         contact: &Contact,
         plateau: &Plateau,
         limit: f32,
-        sag: f32,
+        [swell, sag]: [f32; 2],
     ) -> Verdict {
-        if self.slip.step(&self.level, limit, sag) {
+        if self.slip.step(&self.level, limit, swell, sag) {
             return Verdict::Slipping {
                 rate: self.level.rate,
             };

@@ -96,6 +96,8 @@ pub struct Contact {
     pub residual: [Option<Microstrain>; FINGERS],
     /// Fingers that touch something.
     pub touching: [bool; FINGERS],
+    /// Fingers that bent freely until the fingers met: what they touch is one another.
+    pub unblocked: [bool; FINGERS],
     /// What the gauge of a free finger would show.
     pub free: Microstrain,
     /// Bend: angle of a free finger's last link at the mean measured strain.
@@ -110,6 +112,14 @@ impl Contact {
     /// Fingers that touch something.
     pub fn touching_count(&self) -> usize {
         count(self.touching)
+    }
+
+    /// Fingers that touch an object.
+    pub fn gripping_count(&self) -> usize {
+        let fingers = self.touching.into_iter().zip(self.unblocked);
+        fingers.fold(0, |sum: usize, (touching, unblocked)| {
+            sum.saturating_add((touching && !unblocked).into())
+        })
     }
 
     /// Fingers whose gauge was usable.
@@ -182,6 +192,108 @@ impl Touch {
     }
 }
 
+/// An approach is judged from this share of the pressure at which free fingers meet, when an object as wide as two
+/// thirds of the palm has long been touched, …
+const APPROACH_FROM: f32 = 0.5;
+/// … to this one, when the fingers themselves have not met yet, however wide they are.
+const APPROACH_TO: f32 = 0.85;
+/// Fingers that are first seen beyond this share have not been seen to approach.
+const APPROACH_SEEN: f32 = 0.6;
+/// A finger is unblocked that bends by this share of what a free one does in between. Of 312 random grasps in another
+/// engine, all 272 with an object were below it and 34 of 40 empty closes above, with gauges that show 10 % less 272
+/// and 23, 10 % more 269 and 32. The grips of `softgrip evaluate` stay below 0.62.
+const UNBLOCKED: f32 = 0.8;
+/// Fingers that have met bend no further than this, as a share of a free finger's strain where they meet, …
+const MET_AT_MOST: f32 = 1.15;
+/// … so one that does, and yet lacks this share of what a free one would bend by then, has an object in it.
+const LACKS: f32 = 0.25;
+
+/// Ticks over which strains are summed at both ends, against noise.
+const SUMMED_TICKS: u8 = 10;
+
+/// Strains of some ticks in a row, µε.
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    /// Of each finger; not a number where a gauge showed nothing.
+    strain: [f32; FINGERS],
+    /// Of a free one.
+    free: f32,
+    ticks: u8,
+}
+
+impl Sums {
+    const NONE: Self = Self {
+        strain: [0.0; FINGERS],
+        free: 0.0,
+        ticks: 0,
+    };
+
+    /// Takes a tick; says whether it was the last one.
+    fn take(&mut self, reading: &Reading, free_ue: f32) -> bool {
+        for (sum, gauge) in self.strain.iter_mut().zip(&reading.gauges) {
+            *sum += gauge.strain().map_or(f32::NAN, |strain| strain.0);
+        }
+        self.free += free_ue;
+        self.ticks = self.ticks.saturating_add(1);
+        self.ticks >= SUMMED_TICKS
+    }
+}
+
+/// How the fingers come to where they meet. Offsets, as of a finger's own weight, cancel.
+#[derive(Debug, Clone, Copy)]
+enum Approach {
+    /// They are open, or have not been seen to begin.
+    Open,
+    /// They bend, from strains that are being summed, …
+    Begins(Sums),
+    /// … or have been, …
+    Bends(Sums),
+    /// … to strains that are being summed where they nearly meet.
+    Ends(Sums, Sums),
+    /// They nearly meet.
+    Met,
+}
+
+impl Approach {
+    /// Takes one tick in which free fingers strain by `free_ue`; says which fingers bent freely, once they nearly
+    /// are where free ones meet, and that none did when they open. `progress`: pressure over that at which they
+    /// meet.
+    fn step(
+        &mut self,
+        reading: &Reading,
+        free_ue: f32,
+        gain: &[f32; FINGERS],
+        progress: f32,
+    ) -> Option<[bool; FINGERS]> {
+        match self {
+            _ if progress < APPROACH_FROM => {
+                *self = Self::Open;
+                return Some([false; FINGERS]);
+            }
+            Self::Open if progress < APPROACH_SEEN => *self = Self::Begins(Sums::NONE),
+            Self::Begins(from) => {
+                if from.take(reading, free_ue) {
+                    *self = Self::Bends(*from);
+                }
+            }
+            Self::Bends(from) if progress >= APPROACH_TO => *self = Self::Ends(*from, Sums::NONE),
+            Self::Ends(from, to) => {
+                if to.take(reading, free_ue) {
+                    let free = to.free - from.free;
+                    // What is not a number is not greater.
+                    let unblocked = core::array::from_fn(|i| {
+                        to.strain[i] - from.strain[i] > UNBLOCKED * gain[i] * free
+                    });
+                    *self = Self::Met;
+                    return Some(unblocked);
+                }
+            }
+            Self::Open | Self::Bends(_) | Self::Met => {}
+        }
+        None
+    }
+}
+
 /// The finger's lag behind the pressure, and the touch of each finger.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator {
@@ -190,6 +302,10 @@ pub struct Estimator {
     blind_ticks: u16,
     unknown_ticks: u16,
     touches: [Touch; FINGERS],
+    approach: Approach,
+    unblocked: [bool; FINGERS],
+    /// Strain of a free finger where the fingers meet, µε.
+    met_ue: f32,
     bend: Degrees,
     /// What the gauge of a free finger shows; unknown before the first pressure.
     free: Option<Microstrain>,
@@ -203,6 +319,9 @@ impl Estimator {
             blind_ticks: 0,
             unknown_ticks: 0,
             touches: [Touch::default(); FINGERS],
+            approach: Approach::Open,
+            unblocked: [false; FINGERS],
+            met_ue: 0.0,
             bend: Degrees(0.0),
             free: None,
         }
@@ -216,6 +335,21 @@ impl Estimator {
     /// What the gauge of a free finger should show now; unknown before the first pressure.
     pub fn free_strain(&self) -> Option<Microstrain> {
         self.free
+    }
+
+    /// Fingers that bent freely and do not bend around something beyond where they meet.
+    fn unblocked_still(
+        &self,
+        residual: &[Option<Microstrain>; FINGERS],
+        free: Microstrain,
+        gain: &[f32; FINGERS],
+    ) -> [bool; FINGERS] {
+        core::array::from_fn(|i| {
+            let full = gain[i] * free.0;
+            let lacks = residual[i].map_or(0.0, |residual| residual.0);
+            let beyond = full - lacks > MET_AT_MOST * gain[i] * self.met_ue;
+            self.unblocked[i] && !(beyond && lacks > LACKS * full)
+        })
     }
 
     /// Estimates contact from one tick's readings.
@@ -241,6 +375,15 @@ impl Estimator {
             GaugeSense::Contact => Microstrain(0.0),
         });
         let threshold = active.contact_ue + active.contact_fraction * free.0;
+        // A gauge that cannot see bending does not see an approach.
+        if let (Some(meeting), GaugeSense::Bend) = (table.meeting_kpa, active.gauge_sense) {
+            let gain = &active.free_bend_gain;
+            let progress = pressure.0 / meeting;
+            if let Some(unblocked) = self.approach.step(reading, free.0, gain, progress) {
+                self.unblocked = unblocked;
+                self.met_ue = table::free_strain(table, Kilopascals(meeting)).0.0;
+            }
+        }
 
         let mut residual = [None; FINGERS];
         let (mut strain_sum, mut strains) = (0.0, 0.0);
@@ -276,6 +419,10 @@ impl Estimator {
         Contact {
             residual,
             touching: self.touches.map(|touch| touch.touching),
+            unblocked: match self.unblocked.contains(&true) {
+                true => self.unblocked_still(&residual, free, &active.free_bend_gain),
+                false => self.unblocked,
+            },
             free,
             bend: self.bend,
             range,

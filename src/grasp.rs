@@ -55,6 +55,8 @@ const FINGERS_OF_A_GRIP: usize = 2;
 const REACHED_KPA: f32 = 3.0;
 /// The pressure should have reached its set-point when the expected one is this close.
 const DUE_KPA: f32 = 0.5;
+/// One that falls short of its set-point, but not by a fault's worth, is given this long to get there.
+const SHORT_US: u64 = 300_000;
 /// A release has ended its hold after this at the latest, even if contact never clears.
 const RELEASE_LIMIT_US: u64 = 1_000_000;
 
@@ -129,6 +131,13 @@ impl Supervisor {
             motion,
             carrying: self.carrying,
             pressure_changes: matches!(self.state, State::Closing { reached: None, .. }),
+            fingers_follow: matches!(
+                self.state,
+                State::Closing {
+                    reached: Some(_),
+                    ..
+                }
+            ),
         })
     }
 
@@ -180,7 +189,13 @@ impl Supervisor {
                 Some(self.obey(now, command, situation, table, active, events))
             }
         };
-        self.advance(now, situation, active, events);
+        // A grip that has just begun has changed nothing yet, be its pressure as near as it may.
+        if !matches!(
+            (command, answer),
+            (Command::Grip(_), Some(Answer::Accepted))
+        ) {
+            self.advance(now, situation, active, events);
+        }
         answer
     }
 
@@ -215,7 +230,7 @@ impl Supervisor {
                 purpose,
             } => {
                 self.report_touch(situation.contact, events);
-                if has_reached(target, situation.air) {
+                if has_reached(now, target, situation.air) {
                     self.state = State::Closing {
                         target,
                         reached: Some(now),
@@ -257,12 +272,16 @@ impl Supervisor {
         active: &Active,
         events: &mut Events,
     ) {
-        let needed = match purpose {
-            Purpose::Grip | Purpose::Regrip => FINGERS_OF_A_GRIP,
+        let (gripping, needed) = match purpose {
+            Purpose::Grip => (contact.gripping_count(), FINGERS_OF_A_GRIP),
+            Purpose::Regrip => (contact.touching_count(), FINGERS_OF_A_GRIP),
             // What two fingers hold is still held when the gauge of one of them fails.
-            Purpose::Change => self.living_carriers(contact).clamp(1, FINGERS_OF_A_GRIP),
+            Purpose::Change => (
+                contact.touching_count(),
+                self.living_carriers(contact).clamp(1, FINGERS_OF_A_GRIP),
+            ),
         };
-        if contact.touching_count() >= needed {
+        if gripping >= needed {
             self.slipping = false;
             self.carrying = contact.touching;
             self.state = State::Holding { target, since: now };
@@ -390,12 +409,12 @@ impl Supervisor {
 
 /// Whether the pressure is where it should be, or where it can get: a regulator may fall short of its
 /// set-point, but not by a fault's worth.
-fn has_reached(target: Kilopascals, air: &Air) -> bool {
+fn has_reached(now: Instant, target: Kilopascals, air: &Air) -> bool {
     let near = air
         .measured
         .is_some_and(|p| (p.0 - target.0).abs() <= REACHED_KPA);
     let due = (air.expected.unwrap_or_default().0 - target.0).abs() <= DUE_KPA;
-    near || due && air.deviating_us == 0
+    near || due && now.micros_since(air.deviated) >= SHORT_US
 }
 
 impl Default for Supervisor {

@@ -84,14 +84,14 @@ impl Regulator {
     ) -> Kilopascals {
         let Some(target) = target else {
             *self = Self::new();
-            model.drive(0.0, air_active);
+            model.drive(0.0, 0.0, air_active);
             return Kilopascals(0.0);
         };
         let target = smaller(larger(target.0, 0.0), active.max_pressure.0);
         if let Some(expected) = air.expected {
             self.slew(target, expected.0, air.deviation_kpa(), active);
         }
-        let expected = model.drive(self.setpoint, air_active);
+        let expected = model.drive(self.setpoint, target, air_active);
 
         // Deviations from the expected response, not from the set-point: the regulator's lag is not
         // an error to integrate.
@@ -120,15 +120,15 @@ impl Regulator {
     /// it stops a rise at once.
     fn slew(&mut self, target: f32, expected: f32, deviation: Option<f32>, active: &Active) {
         if self.setpoint < target {
-            let low = deviation.map_or(0.0, |off| expected + off.min(0.0));
-            self.setpoint = self.setpoint.max(low.min(target));
+            let low = deviation.map_or(0.0, |off| expected + smaller(off, 0.0));
+            self.setpoint = larger(self.setpoint, smaller(low, target));
         } else if self.setpoint > target {
-            let high = deviation.map_or(expected, |off| expected + off.max(0.0));
-            self.setpoint = self.setpoint.min(high.max(target));
+            let high = deviation.map_or(expected, |off| expected + larger(off, 0.0));
+            self.setpoint = smaller(self.setpoint, larger(high, target));
         }
         if self.setpoint != target {
             let slew = active.slew_kpa_per_tick;
-            self.setpoint += (target - self.setpoint).max(-slew).min(slew);
+            self.setpoint += smaller(larger(target - self.setpoint, -slew), slew);
         }
     }
 }

@@ -41,6 +41,26 @@ impl Grasp {
         }
     }
 
+    /// Pressure at which the tips of three free fingers meet on the gripper's axis, kPa: three round links touch
+    /// one another with their centres `2ρ/√3` away from it. None if they do not.
+    pub fn meeting_kpa(&self, finger: &Chain) -> Option<f64> {
+        let reach_m = self.palm_radius_m - 2.0 * self.link_radius_m / 3f64.sqrt();
+        let meets = |kpa: f64| finger.tip_position_m(kpa)[1] >= reach_m;
+        let (mut low, mut high) = (0.0, finger.max_pressure_kpa());
+        if !meets(high) {
+            return None;
+        }
+        // To a millionth of the range.
+        for _ in 0..20 {
+            let middle = 0.5 * (low + high);
+            match meets(middle) {
+                true => high = middle,
+                false => low = middle,
+            }
+        }
+        Some(high)
+    }
+
     /// Greatest force of three fingers against gravity on an object at a pressure, kPa, in N
     /// ([`Grip::strongest`]); none where fingers and object find no equilibrium.
     ///

@@ -46,6 +46,11 @@ pub fn of(recipe: &Recipe) -> Result<FingerTable, GripError> {
         lift_error_percent: 100.0 * lift_error as f32 / full_lift,
         lift_rows,
         max_pressure_kpa: max as f32,
+        meeting_kpa: recipe
+            .grasp
+            .as_ref()
+            .and_then(|grasp| grasp.meeting_kpa(chain))
+            .map(|kpa| kpa as f32),
         stiffness_nmm_per_deg: chain
             .joint_stiffness_nm_per_rad
             .map(|k| (1e3 * k * 1f64.to_radians()) as f32),

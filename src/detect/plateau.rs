@@ -77,21 +77,9 @@ impl Plateau {
         self.free_ue += self.gains.plateau * (contact.free.0 - self.free_ue);
     }
 
-    /// The reference of a hold by these fingers. One that did not touch is no part of it, even if what it
-    /// felt before still fades.
-    pub fn reference(&self, now: Instant, carrying: [bool; FINGERS]) -> Reference {
-        let mut plateau = self.residual_ue;
-        for (plateau, carries) in plateau.iter_mut().zip(carrying) {
-            if !carries {
-                *plateau = 0.0;
-            }
-        }
-        Reference {
-            since: now,
-            plateau,
-            lately: plateau,
-            free: Microstrain(self.free_ue),
-        }
+    /// What a free finger gains just now, at a pressure that its shape still follows, µε.
+    pub fn swell_ue(&self, contact: &Contact) -> f32 {
+        larger(contact.free.0 - self.free_ue, 0.0)
     }
 }
 
@@ -108,6 +96,28 @@ pub(super) struct Reference {
 }
 
 impl Reference {
+    /// Of no hold.
+    pub const NONE: Self = Self {
+        since: Instant::from_micros(0),
+        plateau: [0.0; FINGERS],
+        lately: [0.0; FINGERS],
+        free: Microstrain(0.0),
+    };
+
+    /// Begins with what these fingers feel. One that did not touch is no part of it, even if what it felt before
+    /// still fades.
+    pub fn begin(&mut self, now: Instant, plateau: &Plateau, carrying: [bool; FINGERS]) {
+        self.since = now;
+        self.plateau = plateau.residual_ue;
+        for (plateau, carries) in self.plateau.iter_mut().zip(carrying) {
+            if !carries {
+                *plateau = 0.0;
+            }
+        }
+        self.lately = self.plateau;
+        self.free = Microstrain(plateau.free_ue);
+    }
+
     /// While the fingers follow the last of the pressure, the grip still tightens, and the plateau with it.
     /// Says whether that is so.
     pub fn settle(
@@ -170,6 +180,15 @@ mod tests {
 
     const CARRYING: [bool; FINGERS] = [true; FINGERS];
 
+    impl Plateau {
+        /// The reference of a hold that begins now.
+        fn reference(&self, now: Instant, carrying: [bool; FINGERS]) -> Reference {
+            let mut reference = Reference::NONE;
+            reference.begin(now, self, carrying);
+            reference
+        }
+    }
+
     fn at(ms: u64) -> Instant {
         Instant::from_micros(1_000 * ms)
     }
@@ -179,6 +198,7 @@ mod tests {
         Contact {
             residual: residual_ue.map(|ue| ue.map(Microstrain)),
             touching: CARRYING,
+            unblocked: [false; FINGERS],
             free: Microstrain(free_ue),
             bend: Degrees(60.0),
             range: Range::Inside,

@@ -35,15 +35,15 @@ impl Slip {
         settled_ticks: 0,
     };
 
-    /// Whether the level is off by more than the limit, and has been for long enough. `sag` is what it may
-    /// have lost to a lower pressure.
-    pub fn step(&mut self, level: &Level, limit: f32, sag: f32) -> bool {
+    /// Whether the level is off by more than the limit, and has been for long enough. `swell` is what
+    /// it may have gained from the last of a rising pressure, `sag` what it may have lost to a lower one.
+    pub fn step(&mut self, level: &Level, limit: f32, swell: f32, sag: f32) -> bool {
         let off = level.value - self.from;
         let limit = match off.abs() > limit {
             true => limit + SLIP_SIGMAS * root(level.variance),
             false => limit,
         };
-        let rises = off > limit;
+        let rises = off > limit + swell;
         let falls = off < -(limit + sag);
         self.ticks = if rises || falls {
             self.ticks.saturating_add(1)
@@ -88,7 +88,7 @@ mod tests {
     /// The tick, from one, in which a level that stays is a slip.
     fn slips_after(level: Level, sag: f32) -> Option<u16> {
         let mut slip = Slip::NONE;
-        (1..=400).find(|_| slip.step(&level, LIMIT, sag))
+        (1..=400).find(|_| slip.step(&level, LIMIT, 0.0, sag))
     }
 
     #[test]
@@ -101,7 +101,7 @@ mod tests {
         let mut slip = Slip::NONE;
         for tick in 1..=100 {
             let value = if tick % 5 == 0 { 1.0 } else { 1.08 };
-            assert!(!slip.step(&level(value), LIMIT, 0.0), "{tick}");
+            assert!(!slip.step(&level(value), LIMIT, 0.0, 0.0), "{tick}");
         }
     }
 
@@ -128,10 +128,10 @@ mod tests {
     fn a_slip_goes_on_until_the_level_is_back() {
         let mut slip = Slip::NONE;
         for _ in 0..10 {
-            slip.step(&level(1.08), LIMIT, 0.0);
+            slip.step(&level(1.08), LIMIT, 0.0, 0.0);
         }
         for (value, slips) in [(1.05, true), (0.95, true), (1.02, false), (1.05, false)] {
-            assert_eq!(slip.step(&level(value), LIMIT, 0.0), slips, "{value}");
+            assert_eq!(slip.step(&level(value), LIMIT, 0.0, 0.0), slips, "{value}");
         }
     }
 
@@ -140,7 +140,7 @@ mod tests {
         let mut slip = Slip::NONE;
         let mut slips = |value, ticks: u32| {
             (0..ticks)
-                .filter(|_| slip.step(&level(value), LIMIT, 0.0))
+                .filter(|_| slip.step(&level(value), LIMIT, 0.0, 0.0))
                 .count()
         };
         // At rest from its second tick on; it moves once more by less than what is calm.
@@ -158,7 +158,7 @@ mod tests {
         let slips = (0..2_000)
             .filter(|tick| {
                 let value = if tick % 400 < 200 { 1.10 } else { 1.15 };
-                slip.step(&level(value), LIMIT, 0.0)
+                slip.step(&level(value), LIMIT, 0.0, 0.0)
             })
             .count();
         assert_eq!(slips, 1_996);

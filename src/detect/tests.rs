@@ -37,6 +37,7 @@ impl Bench {
         let contact = Contact {
             residual: shares.map(|share| share.map(|share| Microstrain(share * PLATEAU))),
             touching: [true; 3],
+            unblocked: [false; FINGERS],
             free: self.free,
             bend: Degrees(0.0),
             range: Range::Inside,
@@ -56,6 +57,7 @@ impl Bench {
             motion: self.motion,
             carrying: [true; 3],
             pressure_changes: self.pressure_changes,
+            fingers_follow: false,
         });
         self.detector
             .step(now, &reading, &contact, &air, watch, &self.active)
@@ -75,6 +77,7 @@ const STEADY: Air = Air {
     measured: Some(Kilopascals(140.0)),
     expected: Some(Kilopascals(140.0)),
     deviating_us: 0,
+    deviated: Instant::from_micros(0),
 };
 
 /// From 90 % to 10 % in 35 ms, the middle of what a falling object does.
@@ -305,6 +308,7 @@ fn falling_pressure_is_an_air_loss_and_never_a_lost_object() {
                 measured: Some(Kilopascals(pressure)),
                 expected: Some(Kilopascals(140.0)),
                 deviating_us: 0,
+                deviated: Instant::from_micros(0),
             };
             match bench.step([Some(share); 3], air, true) {
                 Verdict::Lost { .. } => panic!("lost after {ms} ms at {time_constant}"),

@@ -45,10 +45,12 @@ impl Bench {
                 measured: None,
                 expected: None,
                 deviating_us: 0,
+                deviated: Instant::from_micros(0),
             },
             contact: Contact {
                 residual: [Some(Microstrain(0.0)); FINGERS],
                 touching: [false; FINGERS],
+                unblocked: [false; FINGERS],
                 free: Microstrain(0.0),
                 bend: Degrees(0.0),
                 range: Range::Inside,
@@ -160,10 +162,15 @@ fn a_set_point_is_reached_within_3_kpa_or_where_a_good_regulator_ends() {
         (130.0, 140.0, 1_000, false),
     ] {
         let mut bench = Bench::new(|_| ());
+        // Long after the pressure deviated last.
+        bench.run(300);
         bench.step(GRIP);
         bench.blow(measured);
         bench.air.expected = Some(Kilopascals(expected));
         bench.air.deviating_us = deviating_us;
+        if deviating_us > 0 {
+            bench.air.deviated = Instant::from_micros(bench.now_us);
+        }
         bench.step(Command::Continue);
         let state = bench.state();
         assert!(
@@ -173,6 +180,8 @@ fn a_set_point_is_reached_within_3_kpa_or_where_a_good_regulator_ends() {
     }
     // Without a measurement the model tells.
     let mut bench = Bench::new(|_| ());
+    // Long after the pressure deviated last.
+    bench.run(300);
     bench.step(GRIP);
     bench.air.measured = None;
     bench.air.expected = Some(Kilopascals(140.0));
@@ -239,6 +248,7 @@ fn each_finger_that_touches_is_told_once_in_a_grip() {
     bench.run(10);
     bench.told();
     bench.step(GRIP);
+    bench.run(1);
     assert_eq!(
         bench.told(),
         [Event::Contact { finger: 0 }, Event::Contact { finger: 1 }]
@@ -253,6 +263,7 @@ fn what_is_watched_is_what_is_held_also_on_its_way_to_another_pressure() {
         motion: Motion::Still,
         carrying: [true, true, false],
         pressure_changes: false,
+        fingers_follow: false,
     };
     assert_eq!(watch(&bench), Some(held));
     bench.step(Command::Grip(crate::Grip::Pressure(Kilopascals(120.0))));
@@ -263,6 +274,12 @@ fn what_is_watched_is_what_is_held_also_on_its_way_to_another_pressure() {
     assert_eq!(watch(&bench), Some(changing));
     bench.blow(120.0);
     bench.run(1);
+    let following = Watch {
+        fingers_follow: true,
+        ..held
+    };
+    assert_eq!(watch(&bench), Some(following));
+    bench.run(200);
     assert_eq!(watch(&bench), Some(held));
     let mut closing = Bench::new(|_| ());
     closing.step(GRIP);

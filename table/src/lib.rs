@@ -63,6 +63,9 @@ pub struct FingerTable {
     pub lift_rows: [u8; OBJECTS],
     /// Pressure of the last row, kPa.
     pub max_pressure_kpa: f32,
+    /// Pressure at which the tips of three free fingers meet on the gripper's axis, kPa; none without a grasp in
+    /// the recipe, or if they do not up to the last row.
+    pub meeting_kpa: Option<f32>,
     /// Stiffness of each joint, from the clamp to the tip, N·mm/deg (paper, table 2).
     pub stiffness_nmm_per_deg: [f32; LINKS],
     /// The finger at rising pressure.

@@ -100,3 +100,31 @@ fn a_grip_at_a_bend_goes_to_the_tables_pressure() {
         "{bend:?}"
     );
 }
+
+#[test]
+fn an_empty_close_is_empty_also_when_the_fingers_meet() {
+    let meeting = FINGER.meeting_kpa.expect("fingers that meet");
+    for kpa in [100.0, 120.0, 140.0, 160.0] {
+        let mut board = MockBoard::new(Settings::default());
+        board.grip = [1.0; 3];
+        board.touch_kpa = meeting;
+        board.step(Command::Grip(Grip::Pressure(Kilopascals(kpa))));
+        board.run(3_000);
+        let empty = |event: &Event| *event == Event::Empty;
+        assert_eq!(board.count(empty), 1, "{kpa}: {:?}", board.events);
+        // Gripped again after a release it is the same.
+        board.step(Command::Release);
+        board.run(2_000);
+        board.step(Command::Grip(Grip::Pressure(Kilopascals(kpa))));
+        board.run(3_000);
+        assert_eq!(board.count(empty), 2, "{kpa}: {:?}", board.events);
+        // And an object is held.
+        board.step(Command::Release);
+        board.run(2_000);
+        board.touch_kpa = 0.6 * meeting;
+        board.step(Command::Grip(Grip::Pressure(Kilopascals(kpa))));
+        board.run(3_000);
+        let holding = |event: &Event| matches!(event, Event::Holding { .. });
+        assert_eq!(board.count(holding), 1, "{kpa}: {:?}", board.events);
+    }
+}

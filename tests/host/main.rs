@@ -7,6 +7,7 @@ mod grips;
 mod hostile;
 mod mock;
 mod properties;
+mod regulators;
 mod repeats;
 mod scenarios;
 mod sequences;

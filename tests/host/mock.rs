@@ -36,6 +36,8 @@ pub struct MockBoard {
     pub controller: Controller,
     /// Share of the object's grip on each finger: 1 is held, 0 is free.
     pub grip: [f32; 3],
+    /// Pressure at which the free fingers would meet the object, or one another, kPa.
+    pub touch_kpa: f32,
     pub gauges: [GaugeState; 3],
     /// Gauge noise, uniform, ± µε.
     pub noise_ue: f32,
@@ -47,6 +49,10 @@ pub struct MockBoard {
     pub valve_forced_kpa: Option<f32>,
     /// Time constant of the air behind the valve, ms.
     pub valve_lag_ms: f32,
+    /// Steepest change that the valve makes, kPa/ms.
+    pub valve_slew_kpa: f32,
+    /// What the valve does is what it was told this long ago, ms; 255 at most.
+    pub valve_dead_ms: u8,
     /// The monitor's wire carries this code instead of its signal.
     pub monitor_wire: Option<AdcCode>,
     /// The converter delivers nothing.
@@ -59,6 +65,7 @@ pub struct MockBoard {
     /// Everything reported, with its time in ms.
     pub events: Vec<(u64, Event)>,
     pub last: Option<Outputs>,
+    told_kpa: [f32; 256],
     valve_kpa: f32,
     pub pressure_kpa: f32,
     inflated_kpa: f32,
@@ -76,12 +83,15 @@ impl MockBoard {
         Self {
             controller: Controller::new(&FINGER, active),
             grip: [0.0; 3],
+            touch_kpa: TOUCH_KPA,
             gauges: [GaugeState::Good; 3],
             noise_ue: 30.0,
             leak_kpa: f32::MAX,
             valve_stuck: false,
             valve_forced_kpa: None,
             valve_lag_ms: 60.0,
+            valve_slew_kpa: f32::MAX,
+            valve_dead_ms: 0,
             monitor_wire: None,
             late: false,
             overrun: false,
@@ -90,6 +100,7 @@ impl MockBoard {
             now_us: 0,
             events: Vec::new(),
             last: None,
+            told_kpa: [0.0; 256],
             valve_kpa: 0.0,
             pressure_kpa: 0.0,
             inflated_kpa: 0.0,
@@ -195,16 +206,26 @@ impl MockBoard {
         self.now_us / 1_000
     }
 
+    /// Where the valve is.
+    pub fn valve_kpa(&self) -> f32 {
+        self.valve_kpa
+    }
+
     /// What the controller asks of the regulator.
     pub fn commanded_kpa(&self) -> f32 {
         FE.commanded(self.dac).0
     }
 
     fn blow(&mut self) {
+        let tick = self.now_us / 1_000;
+        self.told_kpa[tick as usize % 256] = self.commanded_kpa();
         if !self.valve_stuck {
-            self.valve_kpa = self
-                .valve_forced_kpa
-                .unwrap_or_else(|| self.commanded_kpa());
+            let told = self.told_kpa[(tick + 256 - u64::from(self.valve_dead_ms)) as usize % 256];
+            let slewed = (told - self.valve_kpa).clamp(-self.valve_slew_kpa, self.valve_slew_kpa);
+            self.valve_kpa = self.valve_forced_kpa.unwrap_or(match self.valve_slew_kpa {
+                f32::MAX => told,
+                _ => self.valve_kpa + slewed,
+            });
         }
         self.pressure_kpa +=
             (self.valve_kpa.min(self.leak_kpa) - self.pressure_kpa) / self.valve_lag_ms;
@@ -220,7 +241,7 @@ impl MockBoard {
 
     fn frame(&mut self) -> RawFrame {
         let free = table::free_strain(&FINGER, Kilopascals(self.bend[0])).0.0;
-        let blocked = table::free_strain(&FINGER, Kilopascals(self.bend[0].min(TOUCH_KPA)))
+        let blocked = table::free_strain(&FINGER, Kilopascals(self.bend[0].min(self.touch_kpa)))
             .0
             .0;
         let gauges = std::array::from_fn(|i| {

@@ -1,0 +1,103 @@
+//! Regulators other than the one that the settings describe: faster, slower, with a slew limit of their own and
+//! with a dead time.
+
+use crate::mock::MockBoard;
+use fastrand::Rng;
+use softgrip::fault::Fault;
+use softgrip::settings::Settings;
+use softgrip::telemetry::Event;
+use softgrip::units::Kilopascals;
+use softgrip::{Command, Grip};
+
+fn grip(kpa: f32) -> Command {
+    Command::Grip(Grip::Pressure(Kilopascals(kpa)))
+}
+
+fn is_wrong(event: &Event) -> bool {
+    matches!(
+        event,
+        Event::Fault { .. } | Event::AirLoss | Event::Lost(_) | Event::Slip { .. }
+    )
+}
+
+/// A board with a regulator of 20 to 200 ms, a slew from 100 kPa/s to none, and a dead time of up to 150 ms.
+fn any_board(rng: &mut Rng) -> MockBoard {
+    let mut board = MockBoard::new(Settings::default());
+    board.seed(rng.u32(1..));
+    board.valve_lag_ms = 20.0 * 10f32.powf(rng.f32());
+    board.valve_slew_kpa = match rng.u8(..3) {
+        0 => f32::MAX,
+        _ => 0.1 * 50f32.powf(rng.f32()),
+    };
+    board.valve_dead_ms = match rng.u8(..3) {
+        0 => 0,
+        _ => rng.u8(..=150),
+    };
+    board
+}
+
+fn named(board: &MockBoard) -> String {
+    format!(
+        "lag {} ms, slew {} kPa/ms, dead time {} ms: {:?}",
+        board.valve_lag_ms, board.valve_slew_kpa, board.valve_dead_ms, board.events
+    )
+}
+
+#[test]
+fn no_regulator_that_works_is_a_fault_and_every_grip_is_judged() {
+    let mut rng = Rng::with_seed(14);
+    for _ in 0..1_000 {
+        let mut board = any_board(&mut rng);
+        let kpa = |rng: &mut Rng| 90.0 + 65.0 * rng.f32();
+        board.grip = match rng.u8(..4) {
+            0 => [0.0; 3],
+            _ => [1.0; 3],
+        };
+        let held = board.grip[0] > 0.0;
+        board.run(100);
+        board.step(grip(kpa(&mut rng)));
+        board.run(4_500);
+        let seen = |board: &MockBoard, event: fn(&Event) -> bool| board.count(event);
+        let judged = match held {
+            true => seen(&board, |event| matches!(event, Event::Holding { .. })),
+            false => seen(&board, |event| matches!(event, Event::Empty)),
+        };
+        assert_eq!(judged, 1, "{}", named(&board));
+        if held {
+            board.step(grip(kpa(&mut rng)));
+            board.run(4_000);
+        }
+        board.step(Command::Release);
+        board.run(4_000);
+        assert_eq!(board.count(is_wrong), 0, "{}", named(&board));
+        assert!(board.pressure_kpa < 1.0, "{}", named(&board));
+    }
+}
+
+#[test]
+fn a_regulator_that_stops_on_its_way_is_a_fault_after_300_ms_however_slow_it_was() {
+    let mut rng = Rng::with_seed(15);
+    for _ in 0..200 {
+        let mut board = any_board(&mut rng);
+        board.grip = [1.0; 3];
+        board.step(grip(140.0));
+        while board.valve_kpa() < 50.0 {
+            board.run(1);
+        }
+        board.valve_stuck = true;
+        let stuck = board.now_ms();
+        board.run(2_500);
+        let told = board.first(|event| {
+            matches!(
+                event,
+                Event::Fault {
+                    fault: Fault::NotFollowing,
+                    ..
+                }
+            )
+        });
+        // The air behind the valve goes on for five of its time constants.
+        let latest = stuck + 300 + 5 * board.valve_lag_ms as u64 + 50;
+        assert!(told.is_some_and(|ms| ms <= latest), "{}", named(&board));
+    }
+}
