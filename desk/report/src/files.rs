@@ -1,9 +1,63 @@
 //! Output files that are either complete or absent.
 
 use std::fs;
-use std::path::Path;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use tempfile::{Builder, NamedTempFile};
+
+/// A file that gets its name when it is complete.
+pub struct Pending {
+    file: BufWriter<NamedTempFile>,
+    path: PathBuf,
+}
+
+impl Pending {
+    /// Begins `dir/name`, as a file beside it under a random name: other processes, also on other machines, may
+    /// write the same.
+    ///
+    /// # Errors
+    /// If the file cannot be created; the message names its path.
+    pub fn create(dir: &Path, name: &str) -> anyhow::Result<Self> {
+        let path = dir.join(name);
+        let prefix = format!(".{name}.");
+        let mut builder = Builder::new();
+        builder.prefix(&prefix).suffix(".part");
+        // As for any other new file; the default is one that only its owner may read.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(dir);
+        let file = file.with_context(|| format!("{}: cannot write", path.display()))?;
+        Ok(Self {
+            file: BufWriter::new(file),
+            path,
+        })
+    }
+
+    /// Gives the file its name, in place of one that had it.
+    ///
+    /// # Errors
+    /// If the file cannot be written; the message names its path.
+    pub fn finish(self) -> anyhow::Result<()> {
+        let Self { file, path } = self;
+        let named = file.into_inner().map_err(|error| error.into_error());
+        named
+            .and_then(|file| Ok(file.persist(&path)?))
+            .with_context(|| format!("{}: cannot write", path.display()))?;
+        Ok(())
+    }
+}
+
+impl Write for Pending {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
 
 /// Writes `content` to `dir/name` by way of a file beside it, so that a full disk or a kill leaves no
 /// half of it under its name.
@@ -11,15 +65,10 @@ use anyhow::Context;
 /// # Errors
 /// If the file cannot be written; the message names its path.
 pub fn write(dir: &Path, name: &str, content: &[u8]) -> anyhow::Result<()> {
-    let part = dir.join(format!(".{name}.part"));
-    let path = dir.join(name);
-    fs::write(&part, content)
-        .and_then(|()| fs::rename(&part, &path))
-        .inspect_err(|_| {
-            // What went wrong matters more than whether the leftover could be removed.
-            let _ = fs::remove_file(&part);
-        })
-        .with_context(|| format!("{}: cannot write", path.display()))
+    let mut pending = Pending::create(dir, name)?;
+    let written = pending.write_all(content);
+    written.with_context(|| format!("{}: cannot write", dir.join(name).display()))?;
+    pending.finish()
 }
 
 /// Creates `dir` and checks that files can be written there, before any work is done for them.
@@ -27,9 +76,8 @@ pub fn write(dir: &Path, name: &str, content: &[u8]) -> anyhow::Result<()> {
 /// # Errors
 /// If the directory cannot be created or written to; the message names its path.
 pub fn prepare(dir: &Path) -> anyhow::Result<()> {
-    let probe = dir.join(".softgrip.part");
     fs::create_dir_all(dir)
-        .and_then(|()| fs::write(&probe, b""))
-        .and_then(|()| fs::remove_file(&probe))
-        .with_context(|| format!("{}: not a directory that can be written to", dir.display()))
+        .and_then(|()| tempfile::tempfile_in(dir))
+        .with_context(|| format!("{}: not a directory that can be written to", dir.display()))?;
+    Ok(())
 }

@@ -3,7 +3,11 @@
 #![forbid(unsafe_code)]
 
 pub mod files;
+pub mod journal;
 pub mod json;
+pub mod parts;
+pub mod provenance;
+pub mod shard;
 pub mod words;
 
 pub mod style;
