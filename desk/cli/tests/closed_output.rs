@@ -47,8 +47,9 @@ fn no_command_complains_of_an_output_that_was_closed() {
         &["capability", "--accel", "5", "--out", &out],
         &["gauge", "--runs", "5", "--out", &out],
         &["sweep", &spec, "--out", &out],
-        &["sweep", "merge", &out, "--out", &joined],
-        &["evaluate", "--losses", "1", "--hours", "0"],
+        &["sweep", &spec, "--shard", "1/1", "--out", &joined],
+        &["sweep", "merge", &joined],
+        &["evaluate", "--losses", "1", "--hours", "0", "--out", &out],
     ] {
         let run = |stdout: Stdio| {
             let mut command = Command::new(env!("CARGO_BIN_EXE_softgrip"));

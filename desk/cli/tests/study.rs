@@ -251,7 +251,7 @@ fn an_interrupted_sweep_goes_on_and_ends_as_if_nothing_had_been() {
     std::fs::remove_file(place.path("torn/results.parquet")).expect("a file");
     let output = softgrip(&["sweep", &spec, "--out", &torn]);
     assert!(
-        String::from_utf8_lossy(&output.stderr).contains("half a row"),
+        String::from_utf8_lossy(&output.stderr).contains("half a line"),
         "{output:?}"
     );
     assert!(
@@ -270,54 +270,105 @@ fn an_interrupted_sweep_goes_on_and_ends_as_if_nothing_had_been() {
 fn the_parts_of_a_sweep_join_to_the_whole() {
     let place = Place::new();
     let spec = place.put("grid.toml", GRID);
-    let parts = ["1/3", "2/3", "3/3"].map(|shard| {
-        let dir = place.text(&shard.replace('/', "-"));
-        said(&["sweep", &spec, "--shard", shard, "--out", &dir]);
-        dir
-    });
-    let [one, two, three] = parts.each_ref().map(String::as_str);
-    let (whole, merged) = (place.text("whole"), place.text("merged"));
+    let (whole, parts, merged) = (place.text("whole"), place.text("parts"), place.text("m"));
+    for (shard, jobs) in [("3/3", "1"), ("1/3", "2"), ("2/3", "3")] {
+        said(&[
+            "sweep", &spec, "--shard", shard, "--out", &parts, "--jobs", jobs,
+        ]);
+    }
     said(&["sweep", &spec, "--out", &whole]);
-    said(&["sweep", "merge", three, one, two, "--out", &merged]);
+    said(&["sweep", "merge", &parts, "--out", &merged]);
+    said(&["sweep", "merge", &parts]);
     for name in ["results.csv", "results.parquet", "sweep.json"] {
         let content = |dir: &str| std::fs::read(Path::new(dir).join(name)).expect(name);
         assert!(content(&whole) == content(&merged), "{name}");
+        assert!(content(&whole) == content(&parts), "{name}");
     }
-    refused(
-        &["sweep", "merge", one, three, "--out", &place.text("x")],
-        &["part 2/3", "0 times"],
-    );
-    refused(
-        &[
-            "sweep",
-            "merge",
-            one,
-            two,
-            two,
-            three,
-            "--out",
-            &place.text("x"),
-        ],
-        &["part 2/3", "2 times"],
-    );
-    refused(
-        &[
-            "sweep",
-            "merge",
-            &place.text("none"),
-            "--out",
-            &place.text("x"),
-        ],
-        &["none/sweep.json"],
-    );
-    let csv = read(&place.path("2-3/results.csv"));
+    let about = json(&read(&place.path("whole/sweep.json")));
+    for field in ["version", "commit", "recipe_hash", "settings_hash"] {
+        let text = about[field].as_str();
+        assert!(text.is_some_and(|text| !text.is_empty()), "{about}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn more_parts_join_than_files_may_be_open() {
+    let place = Place::new();
+    let spec = place.put("grid.toml", GRID);
+    let parts = place.text("parts");
+    for part in 1..=20 {
+        let shard = format!("{part}/20");
+        said(&["sweep", &spec, "--shard", &shard, "--out", &parts]);
+    }
+    let merge = format!("ulimit -n 16 && exec \"$0\" sweep merge {parts}");
+    let output = Command::new("sh")
+        .args(["-c", &merge, env!("CARGO_BIN_EXE_softgrip")])
+        .output()
+        .expect("a shell");
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(read(&place.path("parts/results.csv")).lines().count(), 11);
+}
+
+#[test]
+fn a_merge_names_every_part_that_is_missing_unfinished_or_of_something_else() {
+    let place = Place::new();
+    let spec = place.put("grid.toml", GRID);
+    let other = place.put("other.toml", &GRID.replace("0.25", "0.24"));
+    let dir = place.text("parts");
+    let part = |spec: &str, shard: &str| {
+        said(&["sweep", spec, "--shard", shard, "--out", &dir]);
+    };
+    part(&spec, "1/6");
+    part(&spec, "3/6");
+    part(&other, "4/6");
+    part(&spec, "6/6");
+    part(&spec, "1/5");
+    let csv = read(&place.path("parts/part-3-of-6/results.csv"));
     let shorter = &csv[..csv.trim_end().rfind('\n').expect("rows") + 1];
-    std::fs::write(place.path("2-3/results.csv"), shorter).expect("a file");
+    std::fs::write(place.path("parts/part-3-of-6/results.csv"), shorter).expect("a file");
+    let about = place.path("parts/part-6-of-6/sweep.json");
+    let commit = json(&read(&about))["commit"].to_string();
+    let another_build = read(&about).replace(&commit, "\"0123456789ab\"");
+    std::fs::write(&about, another_build).expect("a file");
+
+    let output = softgrip(&["sweep", "merge", &dir]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "2-3,5\n");
+    for words in [
+        "part-2-of-6: missing",
+        "part-3-of-6: unfinished: 1 of its 2 runs",
+        "part-4-of-6: foreign: spec differs",
+        "part-5-of-6: missing",
+        &format!("part-6-of-6: foreign: commit is \"0123456789ab\", not {commit}"),
+        "part-1-of-5: foreign: one of 5 parts",
+    ] {
+        assert!(error.contains(words), "no {words:?} in {error}");
+    }
+    assert!(!error.contains("part-1-of-6"), "{error}");
+
+    for foreign in ["part-4-of-6", "part-6-of-6", "part-1-of-5"] {
+        std::fs::remove_dir_all(place.path("parts").join(foreign)).expect("a folder");
+    }
+    let output = softgrip(&["sweep", "merge", &dir]);
+    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "2-6\n");
+    assert!(!place.path("parts/results.csv").exists());
+    let about = place.path("parts/part-1-of-6/sweep.json");
+    let another_build = read(&about).replace(&commit, "\"0123456789ab\"");
+    std::fs::write(&about, another_build).expect("a file");
+    std::fs::remove_dir_all(place.path("parts/part-3-of-6")).expect("a folder");
     refused(
-        &["sweep", "merge", one, two, three, "--out", &place.text("x")],
-        &["2-3", "2 of its 3 runs", "finish"],
+        &["sweep", "merge", &dir],
+        &["another build", "0123456789ab", commit.trim_matches('"')],
     );
-    assert!(!place.path("x/results.csv").exists());
+    refused(&["sweep", "merge", &place.text("none")], &["none"]);
+    std::fs::create_dir(place.path("empty")).expect("a folder");
+    refused(
+        &["sweep", "merge", &place.text("empty")],
+        &["empty", "no part-I-of-N", "--shard"],
+    );
 }
 
 #[test]
@@ -328,10 +379,9 @@ fn results_of_something_else_are_left_alone() {
     said(&["sweep", &spec, "--out", &dir]);
     let csv = read(&place.path("sweep/results.csv"));
     let other = place.put("other.toml", &GRID.replace("0.25", "0.24"));
-    refused(&["sweep", &other, "--out", &dir], &[&dir, "another sweep"]);
     refused(
-        &["sweep", &spec, "--shard", "1/2", "--out", &dir],
-        &[&dir, "another sweep"],
+        &["sweep", &other, "--out", &dir],
+        &[&dir, "another study", "spec differs"],
     );
     let broken = csv.replacen("\n3,", "\n7,", 1);
     std::fs::write(place.path("sweep/results.csv"), &broken).expect("a file");
@@ -343,7 +393,7 @@ fn results_of_something_else_are_left_alone() {
     std::fs::write(place.path("sweep/sweep.json"), "{").expect("a file");
     refused(
         &["sweep", &spec, "--out", &dir],
-        &["sweep.json", "not what a sweep writes"],
+        &["sweep.json", "not what a study writes"],
     );
     std::fs::remove_file(place.path("sweep/sweep.json")).expect("a file");
     refused(

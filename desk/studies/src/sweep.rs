@@ -7,20 +7,22 @@
 pub mod columns;
 pub mod parquet;
 pub mod results;
-pub mod shard;
 pub mod spec;
+
+use std::time::Instant;
 
 use anyhow::Context;
 use rayon::prelude::*;
+use report::journal::WRITTEN_EVERY;
+use report::shard::Shard;
 use sim::run::Run;
 use sim::setup::Setup;
 
 use results::Results;
-use shard::Shard;
 use spec::Spec;
 
-/// Runs that are in memory at a time, and at most lost to a kill.
-const CHUNK: usize = 64;
+/// Most runs between one writing of results and the next.
+const MOST_AT_ONCE: u64 = 10_000;
 
 /// The row of a run.
 fn row(spec: &Spec, number: u64, run: &Run) -> Vec<String> {
@@ -57,10 +59,10 @@ fn setup_of(base: &Setup, spec: &Spec, number: u64) -> anyhow::Result<Setup> {
 pub fn check(base: &Setup, spec: &Spec, shard: Shard) -> anyhow::Result<()> {
     (0..shard.len(spec.runs))
         .into_par_iter()
-        .try_for_each(|n| setup_of(base, spec, shard.run(n)).map(drop))
+        .try_for_each(|n| setup_of(base, spec, shard.unit(n)).map(drop))
 }
 
-/// Runs what is missing in `results`, in parallel; `progress` is told the number of finished runs.
+/// Runs what is missing in `results`, in parallel; `done` is called after each run.
 ///
 /// # Errors
 /// If a run is impossible or the results cannot be written.
@@ -68,24 +70,29 @@ pub fn run(
     base: &Setup,
     spec: &Spec,
     results: &mut Results,
-    progress: impl Fn(u64),
+    done: impl Fn() + Sync,
 ) -> anyhow::Result<()> {
     let shard = results.shard;
     let all = shard.len(spec.runs);
+    // One run per thread says how long a run takes.
+    let mut at_once = rayon::current_num_threads() as u64;
     while results.finished < all {
-        progress(results.finished);
+        let began = Instant::now();
         let from = results.finished;
-        let to = all.min(from + CHUNK as u64);
+        let to = all.min(from + at_once);
         let rows: Vec<Vec<String>> = (from..to)
             .into_par_iter()
             .map(|n| {
-                let number = shard.run(n);
+                let number = shard.unit(n);
                 let run = setup_of(base, spec, number)?.run(|_| ())?;
+                done();
                 Ok(row(spec, number, &run))
             })
             .collect::<anyhow::Result<_>>()?;
         results.append(&rows)?;
+        let share = WRITTEN_EVERY.as_secs_f64() / began.elapsed().as_secs_f64().max(1e-3);
+        let fitting = ((to - from) as f64 * share) as u64;
+        at_once = fitting.clamp(rayon::current_num_threads() as u64, MOST_AT_ONCE);
     }
-    progress(all);
     Ok(())
 }

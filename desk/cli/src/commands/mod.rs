@@ -13,6 +13,7 @@ pub mod sweep;
 pub mod table;
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use ::sim::scenario::ObjectKind;
 use anyhow::Context;
@@ -21,6 +22,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use finger::recipe::{self, Recipe};
 use indicatif::{ProgressBar, ProgressStyle};
 use report::files;
+use report::parts::Parts;
+use report::provenance::Build;
 
 /// The options `--out` and `--json` that commands share.
 #[derive(Args, Default)]
@@ -44,6 +47,42 @@ impl Output {
         files::prepare(dir)?;
         Ok(Some(dir))
     }
+}
+
+/// This program, in the results that it writes.
+const BUILD: Build = Build {
+    version: env!("CARGO_PKG_VERSION"),
+    commit: env!("SOFTGRIP_COMMIT"),
+};
+
+/// Says on standard error which parts of a study are missing, unfinished or of another study, and on standard output
+/// which are to be run; none if all are there.
+///
+/// The status is 3 if running those is enough, and 2 if there are parts of something else.
+fn incomplete(dir: &Path, parts: &Parts) -> anyhow::Result<Option<ExitCode>> {
+    let problems = &parts.problems;
+    if problems.lines.is_empty() {
+        return Ok(None);
+    }
+    for line in &problems.lines {
+        output::note(format_args!("{line}"));
+    }
+    if !problems.to_run.is_empty() {
+        output::outln!("{}", problems.array());
+    }
+    let dir = dir.display();
+    Ok(Some(match problems.foreign {
+        true => {
+            output::note(format_args!("{dir}: remove the foreign parts"));
+            ExitCode::from(2)
+        }
+        false => {
+            output::note(format_args!(
+                "{dir}: run the parts above again, and merge then"
+            ));
+            ExitCode::from(3)
+        }
+    }))
 }
 
 /// The finger of a file, or the one that everything is about.

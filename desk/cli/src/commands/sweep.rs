@@ -5,15 +5,16 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use report::files;
+use report::provenance::Provenance;
+use report::shard::Shard;
 use sim::setup::Setup;
 use studies::sweep::results::{self, About, CSV, Results};
-use studies::sweep::shard::Shard;
 use studies::sweep::spec::Spec;
 use studies::sweep::{self, columns, parquet};
 
 use super::output;
 use super::output::outln;
-use super::{in_parallel, load_recipe, progress_bar};
+use super::{BUILD, in_parallel, incomplete, load_recipe, progress_bar};
 
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -26,9 +27,9 @@ pub struct SweepArgs {
     /// Directory for results.csv and results.parquet. An interrupted sweep continues there.
     #[arg(long, value_name = "DIR", default_value = "out/sweep")]
     out: PathBuf,
-    /// Only the i-th of n parts; each goes into a directory of its own.
-    #[arg(long, value_name = "I/N", default_value = "1/1")]
-    shard: Shard,
+    /// Only the i-th of n parts, into a folder of its own below --out, which all parts share.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
@@ -40,17 +41,18 @@ pub struct SweepArgs {
 #[derive(Subcommand)]
 enum Action {
     /// Merges the parts of a sweep that was split with --shard.
+    ///
+    /// Exits with 3 if parts are missing or unfinished, and prints their numbers as `sbatch --array` takes them.
     Merge(MergeArgs),
 }
 
 #[derive(Args)]
 struct MergeArgs {
-    /// The directories of all parts, in any order.
-    #[arg(required = true, value_name = "DIR")]
-    parts: Vec<PathBuf>,
-    /// Directory for the merged results.csv and results.parquet.
+    /// The common directory of all parts: the --out that they had.
+    dir: PathBuf,
+    /// Directory for the merged results.csv and results.parquet [default: DIR].
     #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    out: Option<PathBuf>,
 }
 
 pub fn run(args: &SweepArgs) -> anyhow::Result<ExitCode> {
@@ -64,40 +66,48 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<ExitCode> {
 fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     let recipe = load_recipe(args.recipe.as_deref())?;
     let base = Setup::of(&recipe)?;
-    in_parallel(args.jobs, || sweep::check(&base, spec, args.shard))??;
-    files::prepare(&args.out)?;
-    let about = About::new(spec, &recipe, args.shard);
+    let (shard, dir) = match args.shard {
+        Some(shard) => (shard, shard.folder(&args.out)),
+        None => (Shard::WHOLE, args.out.clone()),
+    };
+    in_parallel(args.jobs, || sweep::check(&base, spec, shard))??;
+    files::prepare(&dir)?;
+    let provenance = Provenance::new(BUILD, &recipe, &base.settings());
+    let about = About::new(spec, provenance, shard);
     let columns = columns::columns(spec);
-    let mut results = Results::open(&args.out, &about, &columns)?;
-    if results.torn {
-        output::note(format_args!(
-            "{CSV}: dropped half a row that a killed sweep left"
-        ));
+    let mut results = Results::open(&dir, &about, &columns)?;
+    for note in results.notes() {
+        output::note(format_args!("{note}"));
     }
-    let (all, before) = (args.shard.len(spec.runs), results.finished);
+    let (all, before) = (shard.len(spec.runs), results.finished);
     let bar = progress_bar(all, "runs");
-    let progress = |finished| bar.set_position(finished);
+    bar.set_position(before);
     in_parallel(args.jobs, || {
-        sweep::run(&base, spec, &mut results, progress)
+        sweep::run(&base, spec, &mut results, || bar.inc(1))
     })??;
     bar.finish_and_clear();
-    parquet::write(&args.out, &columns)?;
+    parquet::write(&dir, &columns)?;
     outln!(
         "{all} runs, {} of them new: {1}/{CSV}, {1}/results.parquet",
         all - before,
-        args.out.display()
+        dir.display()
     );
     Ok(ExitCode::SUCCESS)
 }
 
 fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
-    files::prepare(&args.out)?;
-    let columns = results::merge(&args.parts, &args.out)?;
-    parquet::write(&args.out, &columns)?;
+    let parts = results::find(&args.dir, BUILD)?;
+    if let Some(status) = incomplete(&args.dir, &parts)? {
+        return Ok(status);
+    }
+    let dir = args.out.as_ref().unwrap_or(&args.dir);
+    files::prepare(dir)?;
+    let columns = results::merge(&parts.folders, dir)?;
+    parquet::write(dir, &columns)?;
     outln!(
         "{} parts joined: {1}/{CSV}, {1}/results.parquet",
-        args.parts.len(),
-        args.out.display()
+        parts.folders.len(),
+        dir.display()
     );
     Ok(ExitCode::SUCCESS)
 }

@@ -1,6 +1,5 @@
 //! Results as Parquet, with typed columns.
 
-use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -10,6 +9,7 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
+use report::files::Pending;
 
 use super::columns::{Column, Kind};
 use super::results::CSV;
@@ -23,21 +23,20 @@ const ROWS: usize = 8_192;
 /// # Errors
 /// If `results.csv` cannot be read or the file cannot be written.
 pub fn write(dir: &Path, columns: &[Column]) -> anyhow::Result<()> {
-    let part = dir.join(format!(".{NAME}.part"));
-    convert(&dir.join(CSV), &part, columns)
-        .and_then(|()| Ok(std::fs::rename(&part, dir.join(NAME))?))
-        .with_context(|| format!("{}: cannot write", dir.join(NAME).display()))
+    let mut parquet = Pending::create(dir, NAME)?;
+    convert(&dir.join(CSV), &mut parquet, columns)
+        .with_context(|| format!("{}: cannot write", dir.join(NAME).display()))?;
+    parquet.finish()
 }
 
-fn convert(csv: &Path, parquet: &Path, columns: &[Column]) -> anyhow::Result<()> {
+fn convert(csv: &Path, parquet: &mut Pending, columns: &[Column]) -> anyhow::Result<()> {
     let mut reader = csv::Reader::from_path(csv)?;
     let fields = columns.iter().map(field).collect::<anyhow::Result<_>>()?;
     let schema = Type::group_type_builder("sweep")
         .with_fields(fields)
         .build()?;
     let properties = Arc::new(WriterProperties::builder().build());
-    let mut writer =
-        SerializedFileWriter::new(File::create(parquet)?, Arc::new(schema), properties)?;
+    let mut writer = SerializedFileWriter::new(parquet, Arc::new(schema), properties)?;
     let mut records = reader.records();
     loop {
         let rows = records.by_ref().take(ROWS).collect::<Result<Vec<_>, _>>()?;
@@ -75,7 +74,7 @@ fn field(column: &Column) -> anyhow::Result<Arc<Type>> {
 
 /// An empty field is a missing value.
 fn write_column<'a>(
-    group: &mut SerializedRowGroupWriter<File>,
+    group: &mut SerializedRowGroupWriter<&mut Pending>,
     column: &Column,
     values: impl Iterator<Item = &'a str> + Clone,
 ) -> anyhow::Result<()> {

@@ -1,16 +1,17 @@
 //! The results of a sweep, or of a part of it, in a directory.
 
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail, ensure};
-use finger::recipe::Recipe;
-use report::files;
+use anyhow::{Context, ensure};
+use report::files::Pending;
+use report::journal::{Journal, Lines};
+use report::parts::{self, Parts};
+use report::provenance::{Build, Provenance};
+use report::shard::Shard;
 use serde::{Deserialize, Serialize};
 
 use super::columns::{Column, columns};
-use super::shard::Shard;
 use super::spec::Spec;
 
 /// Name of the file that describes the sweep.
@@ -21,72 +22,25 @@ pub const CSV: &str = "results.csv";
 /// Results can only be continued or merged where all of this is the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
-    version: String,
-    recipe: String,
-    inputs_hash: String,
+    #[serde(flatten)]
+    provenance: Provenance,
     spec: String,
-    shard: u64,
-    shards: u64,
+    #[serde(flatten)]
+    shard: Shard,
 }
 
 impl About {
     /// Describes a new sweep.
-    pub fn new(spec: &Spec, recipe: &Recipe, shard: Shard) -> Self {
+    pub fn new(spec: &Spec, provenance: Provenance, shard: Shard) -> Self {
         Self {
-            version: env!("CARGO_PKG_VERSION").into(),
-            recipe: recipe.name.clone(),
-            inputs_hash: format!("{:016x}", recipe.inputs_hash),
+            provenance,
             spec: spec.text.clone(),
-            shard: shard.index,
-            shards: shard.of,
+            shard,
         }
     }
 
-    /// Reads the description of the results in a directory.
-    ///
-    /// # Errors
-    /// If the file is missing or is not a description of a sweep.
-    pub fn load(dir: &Path) -> anyhow::Result<Self> {
-        let path = dir.join(ABOUT);
-        let text = std::fs::read_to_string(&path)
-            .with_context(|| format!("{}: no sweep's directory", path.display()))?;
-        serde_json::from_str(&text)
-            .with_context(|| format!("{}: not what a sweep writes", path.display()))
-    }
-
-    /// The part of the sweep.
-    pub fn shard(&self) -> Shard {
-        Shard {
-            index: self.shard,
-            of: self.shards,
-        }
-    }
-
-    /// The specification of the sweep.
-    ///
-    /// # Errors
-    /// If the stored text is not a valid specification.
-    pub fn spec(&self) -> anyhow::Result<Spec> {
-        Spec::parse(&self.spec)
-    }
-
-    /// The description without the part: equal for all parts of a sweep.
-    pub fn whole(&self) -> Self {
-        Self {
-            shard: Shard::WHOLE.index,
-            shards: Shard::WHOLE.of,
-            ..self.clone()
-        }
-    }
-
-    /// Writes it to `dir`.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    pub fn save(&self, dir: &Path) -> anyhow::Result<()> {
-        let mut text = serde_json::to_string_pretty(self)?;
-        text.push('\n');
-        files::write(dir, ABOUT, text.as_bytes())
+    fn fields(&self) -> anyhow::Result<parts::About> {
+        Ok(serde_json::from_str(&serde_json::to_string(self)?)?)
     }
 }
 
@@ -96,10 +50,7 @@ pub struct Results {
     pub shard: Shard,
     /// Number of finished runs.
     pub finished: u64,
-    /// Whether an incomplete last row, left by an interruption, was removed.
-    pub torn: bool,
-    path: PathBuf,
-    file: File,
+    journal: Journal,
 }
 
 impl Results {
@@ -109,85 +60,27 @@ impl Results {
     /// If the directory holds another sweep, another process writes there, or a file cannot be read or
     /// written.
     pub fn open(dir: &Path, about: &About, columns: &[Column]) -> anyhow::Result<Self> {
+        parts::claim(dir, ABOUT, CSV, &about.fields()?)?;
         let path = dir.join(CSV);
-        if dir.join(ABOUT).exists() {
-            ensure!(
-                About::load(dir)? == *about,
-                "{}: holds results of another sweep: its {ABOUT} differs in spec, recipe, shard or version; choose another directory",
-                dir.display()
-            );
-        } else {
-            ensure!(
-                !path.exists(),
-                "{}: is there, but no {ABOUT} that says what it is; choose another directory",
-                path.display()
-            );
-            about.save(dir)?;
+        let mut rows = Rows::new(about.shard, columns);
+        let mut journal = Journal::open(&path, |number, line| {
+            rows.take(line).with_context(|| {
+                format!("{}: line {number}; remove it and what follows, and the sweep goes on from there", path.display())
+            })
+        })?;
+        if !rows.begun {
+            journal.append(&(rows.header + "\n"))?;
         }
-        let mut options = OpenOptions::new();
-        let file = options.create(true).append(true).read(true).open(&path);
-        let file = file.with_context(|| path.display().to_string())?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                bail!("{}: another sweep is writing it", path.display())
-            }
-            Err(TryLockError::Error(error)) => {
-                Err(error).with_context(|| path.display().to_string())?
-            }
-        }
-        let mut results = Self {
-            shard: about.shard(),
-            finished: 0,
-            torn: false,
-            file,
-            path,
-        };
-        results.count(columns)?;
-        Ok(results)
+        Ok(Self {
+            shard: about.shard,
+            finished: rows.finished,
+            journal,
+        })
     }
 
-    /// Counts the rows, checks that they are the first ones of the shard, and drops half a row at the end.
-    fn count(&mut self, columns: &[Column]) -> anyhow::Result<()> {
-        let header: Vec<_> = columns.iter().map(|column| column.name.as_str()).collect();
-        let header = header.join(",");
-        let mut reader = BufReader::new(&self.file);
-        let (mut line, mut number, mut good) = (String::new(), 0u64, 0u64);
-        loop {
-            line.clear();
-            let length = reader
-                .read_line(&mut line)
-                .with_context(|| format!("{}: line {}", self.path.display(), number + 1))?;
-            if !line.ends_with('\n') {
-                self.torn = length > 0;
-                break;
-            }
-            let place = || format!("{}: line {}", self.path.display(), number + 1);
-            if number == 0 {
-                ensure!(line.trim_end() == header, "{}: must be {header}", place());
-            } else {
-                let expected = self.shard.run(number - 1);
-                let fields = line.trim_end().split(',').count();
-                ensure!(
-                    line.split(',').next() == Some(&expected.to_string())
-                        && fields == columns.len(),
-                    "{}: must be run {expected} with {} fields; remove this line and what follows, and the sweep goes on from there",
-                    place(),
-                    columns.len()
-                );
-            }
-            number += 1;
-            good += length as u64;
-        }
-        let context = || self.path.display().to_string();
-        self.file.set_len(good).with_context(context)?;
-        if number == 0 {
-            self.file
-                .write_all(format!("{header}\n").as_bytes())
-                .with_context(context)?;
-        }
-        self.finished = number.saturating_sub(1);
-        Ok(())
+    /// What a user should know of the files.
+    pub fn notes(&self) -> &[String] {
+        &self.journal.notes
     }
 
     /// Appends finished rows.
@@ -196,86 +89,112 @@ impl Results {
     /// If the rows cannot be written.
     pub fn append(&mut self, rows: &[Vec<String>]) -> anyhow::Result<()> {
         let text: String = rows.iter().map(|row| row.join(",") + "\n").collect();
-        self.file
-            .write_all(text.as_bytes())
-            .and_then(|()| self.file.sync_data())
-            .with_context(|| format!("{}: cannot write", self.path.display()))?;
+        self.journal.append(&text)?;
         self.finished += rows.len() as u64;
         Ok(())
     }
 }
 
-/// Merges the finished parts of a sweep into `dir`, row by row.
+/// Checks that lines are the header and the first rows of a part.
+struct Rows {
+    shard: Shard,
+    header: String,
+    fields: usize,
+    begun: bool,
+    finished: u64,
+}
+
+impl Rows {
+    fn new(shard: Shard, columns: &[Column]) -> Self {
+        let header: Vec<_> = columns.iter().map(|column| column.name.as_str()).collect();
+        Self {
+            shard,
+            header: header.join(","),
+            fields: columns.len(),
+            begun: false,
+            finished: 0,
+        }
+    }
+
+    fn take(&mut self, line: &str) -> anyhow::Result<()> {
+        if !self.begun {
+            ensure!(line == self.header, "must be {}", self.header);
+            self.begun = true;
+            return Ok(());
+        }
+        let expected = self.shard.unit(self.finished);
+        let mut fields = line.split(',');
+        ensure!(
+            fields.next() == Some(&expected.to_string()) && 1 + fields.count() == self.fields,
+            "must be run {expected} with {} fields",
+            self.fields
+        );
+        self.finished += 1;
+        Ok(())
+    }
+}
+
+/// Looks for all parts of a sweep in their common directory.
 ///
 /// # Errors
-/// If the parts are not all parts of one sweep, each once and finished; or a file cannot be read or written.
-pub fn merge(parts: &[PathBuf], dir: &Path) -> anyhow::Result<Vec<Column>> {
-    let mut abouts = Vec::new();
-    for part in parts {
-        abouts.push((About::load(part)?, part));
-    }
-    abouts.sort_by_key(|(about, _)| about.shard);
-    let (first, first_dir) = abouts.first().context("nothing to merge")?;
-    let (whole, spec) = (first.whole(), first.spec()?);
-    for (about, part) in &abouts {
-        ensure!(
-            about.whole() == whole && about.shards == first.shards,
-            "{} and {}: not parts of one sweep",
-            first_dir.display(),
-            part.display()
-        );
-    }
-    for index in 1..=first.shards {
-        let count = abouts
-            .iter()
-            .filter(|(about, _)| about.shard == index)
-            .count();
-        ensure!(
-            count == 1,
-            "part {index}/{}: must be there once, and is there {count} times",
-            first.shards
-        );
-    }
+/// If there are none, they are of another build, or a file cannot be read or holds something else.
+pub fn find(dir: &Path, build: Build) -> anyhow::Result<Parts> {
+    parts::find(dir, ABOUT, build, |folder, about| {
+        let about: About = typed(folder, about)?;
+        let spec = Spec::parse(&about.spec)?;
+        let path = folder.join(CSV);
+        let mut rows = Rows::new(about.shard, &columns(&spec));
+        let mut lines = path.exists().then(|| Lines::of(&path));
+        let mut number = 0;
+        while let Some(line) = lines.as_mut().map_or(Ok(None), Lines::next_line)? {
+            number += 1;
+            rows.take(&line)
+                .with_context(|| format!("{}: line {number}", path.display()))?;
+        }
+        let all = about.shard.len(spec.runs);
+        let lacks = format!("{} of its {all} runs are there", rows.finished);
+        Ok((rows.finished < all).then_some(lacks))
+    })
+}
+
+fn typed(folder: &Path, about: &parts::About) -> anyhow::Result<About> {
+    serde_json::from_value(about.clone().into())
+        .with_context(|| format!("{}: not what a sweep writes", folder.join(ABOUT).display()))
+}
+
+/// Merges all parts of a sweep into `dir`, row by row.
+///
+/// # Errors
+/// If the directory holds another sweep, or a file cannot be read or written.
+pub fn merge(folders: &[PathBuf], dir: &Path) -> anyhow::Result<Vec<Column>> {
+    let first = folders.first().context("nothing to merge")?;
+    let about = parts::load(first, ABOUT)?.with_context(|| first.display().to_string())?;
+    let about = About {
+        shard: Shard::WHOLE,
+        ..typed(first, &about)?
+    };
+    let spec = Spec::parse(&about.spec)?;
     let columns = columns(&spec);
+    parts::claim(dir, ABOUT, CSV, &about.fields()?)?;
+    // Run number n stands in part n modulo their number.
     let mut readers = Vec::new();
-    for (about, part) in &abouts {
-        let results = Results::open(part, about, &columns)?;
-        let all = about.shard().len(spec.runs);
-        ensure!(
-            results.finished == all,
-            "{}: {} of its {all} runs are there; run its sweep again to finish it",
-            part.display(),
-            results.finished
-        );
-        let file = File::open(part.join(CSV)).with_context(|| part.display().to_string())?;
-        let mut lines = BufReader::new(file).lines();
-        let header = lines.next().context("an empty file")??;
-        readers.push((header, lines));
+    for folder in folders {
+        let mut lines = Lines::of(&folder.join(CSV));
+        lines.next_line()?;
+        readers.push(lines);
     }
-    ensure!(
-        !dir.join(ABOUT).exists() || About::load(dir)? == whole,
-        "{}: holds another sweep; choose another directory",
-        dir.display()
-    );
-    whole.save(dir)?;
-    join(&mut readers, spec.runs, dir)
-        .with_context(|| format!("{}: cannot write", dir.join(CSV).display()))?;
+    let mut rows = Rows::new(Shard::WHOLE, &columns);
+    let mut out = Pending::create(dir, CSV)?;
+    let context = || format!("{}: cannot write", dir.join(CSV).display());
+    writeln!(out, "{}", rows.header).with_context(context)?;
+    rows.begun = true;
+    for run in 0..spec.runs {
+        let part = (run % readers.len() as u64) as usize;
+        let line = readers[part].next_line()?.unwrap_or_default();
+        rows.take(&line)
+            .with_context(|| folders[part].join(CSV).display().to_string())?;
+        writeln!(out, "{line}").with_context(context)?;
+    }
+    out.finish()?;
     Ok(columns)
 }
-
-/// Run number n stands in part n modulo their number.
-fn join(parts: &mut [(String, Lines)], runs: u64, dir: &Path) -> anyhow::Result<()> {
-    let part = dir.join(format!(".{CSV}.part"));
-    let mut out = BufWriter::new(File::create(&part)?);
-    writeln!(out, "{}", parts[0].0)?;
-    let count = parts.len() as u64;
-    for run in 0..runs {
-        let (_, lines) = &mut parts[(run % count) as usize];
-        let line = lines.next().context("a part has shrunk")??;
-        writeln!(out, "{line}")?;
-    }
-    out.flush()?;
-    Ok(std::fs::rename(&part, dir.join(CSV))?)
-}
-
-type Lines = std::io::Lines<BufReader<File>>;
