@@ -10,10 +10,10 @@ use softgrip::units::Kilopascals;
 
 use crate::baselines::Baselines;
 use crate::identified_model::IdentifiedModel;
-use crate::options::Options;
-use crate::rig;
+use crate::options::{self, NOISE_UE, Options};
 use crate::tally::Tally;
 use crate::workload::{Block, Programme, TICK_S, Workload};
+use crate::{rig, roc};
 
 /// Grips that are identified: each kind of object, at these pressures, …
 const PRESSURES_KPA: [f64; 4] = [100.0, 120.0, 140.0, 160.0];
@@ -54,38 +54,85 @@ pub fn models(base: &Setup) -> anyhow::Result<Vec<IdentifiedModel>> {
         .collect()
 }
 
-/// Counts false reports in the hours of one level of noise. With `compared` the published rules run too.
-///
-/// # Errors
-/// If the settings are not valid.
-pub fn tally(
-    base: &Setup,
-    options: &Options,
-    models: &[IdentifiedModel],
-    noise_ue: f64,
-    hours: f64,
+/// Hours at one level of noise and one setting of the controller.
+#[derive(Debug, Clone, Copy)]
+pub struct Group {
+    /// Noise of the gauges, µε.
+    pub noise_ue: f64,
+    /// Simulated operation, h.
+    pub hours: f64,
+    /// Factor on the controller's evidence limit; none for the settings as they are.
+    pub evidence: Option<f32>,
+    /// Whether the published rules run, too.
+    pub compared: bool,
+}
+
+/// The hours of an evaluation: at each of [`NOISE_UE`], then at each of [`roc::EVIDENCE`].
+pub fn groups(hours: f64) -> Vec<Group> {
+    let usual = NOISE_UE.map(|noise_ue| Group {
+        noise_ue,
+        hours: options::hours_at(hours, noise_ue),
+        evidence: None,
+        compared: noise_ue == roc::NOISE_UE,
+    });
+    let swept = roc::EVIDENCE.map(|factor| Group {
+        noise_ue: roc::NOISE_UE,
+        hours: roc::SWEEP_SHARE * hours,
+        evidence: Some(factor),
+        compared: false,
+    });
+    usual.into_iter().chain(swept).collect()
+}
+
+/// A block, and the group to which it counts.
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch {
+    /// Place among the groups.
+    pub group: usize,
+    evidence: Option<f32>,
     compared: bool,
-    done: &(dyn Fn(u64) + Sync),
-) -> anyhow::Result<Tally> {
-    let counted: Vec<Tally> = blocks(hours, noise_ue)
-        .par_iter()
-        .map(|block| {
-            let mut workload = Workload::new(base, options, models, block)?;
-            workload.baselines = compared.then(Baselines::default);
-            let tally = workload.finish(block);
-            done((block.ticks as f64 * TICK_S) as u64);
-            Ok(tally)
-        })
-        .collect::<anyhow::Result<_>>()?;
-    let mut sum = Tally::none(noise_ue);
-    for tally in counted {
-        for (sum, count) in sum.counts.iter_mut().zip(tally.counts) {
-            *sum += count;
-        }
-        sum.alarms.extend(tally.alarms);
-        sum.scores.extend(tally.scores);
+    block: Block,
+}
+
+impl Stretch {
+    /// Simulated operation, s.
+    pub fn seconds(&self) -> u64 {
+        (self.block.ticks as f64 * TICK_S) as u64
     }
-    Ok(sum)
+
+    /// Counts the false reports in it.
+    ///
+    /// # Errors
+    /// If the settings are not valid.
+    pub fn count(
+        &self,
+        base: &Setup,
+        options: &Options,
+        models: &[IdentifiedModel],
+    ) -> anyhow::Result<Tally> {
+        let mut options = options.clone();
+        if let Some(factor) = self.evidence {
+            options.settings = roc::with_evidence(&options.settings, factor);
+        }
+        let mut workload = Workload::new(base, &options, models, &self.block)?;
+        workload.baselines = self.compared.then(Baselines::default);
+        Ok(workload.finish(&self.block))
+    }
+}
+
+/// All stretches of the groups, in the order in which they are summed up.
+pub fn stretches(groups: &[Group]) -> Vec<Stretch> {
+    let groups = groups.iter().enumerate();
+    let all = groups.flat_map(|(group, about)| {
+        let blocks = blocks(about.hours, about.noise_ue).into_iter();
+        blocks.map(move |block| Stretch {
+            group,
+            evidence: about.evidence,
+            compared: about.compared,
+            block,
+        })
+    });
+    all.collect()
 }
 
 /// Eight tenths of the hours in shifts, one in long holds, one with a bad gauge.

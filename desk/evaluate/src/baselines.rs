@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
 use softgrip::FINGERS;
 use softgrip::units::Microstrain;
 
@@ -159,7 +160,7 @@ impl Hold {
 }
 
 /// The running maximum of a score, stored as its increases: (tick, score).
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Envelope(Vec<(usize, f32)>);
 
 impl Envelope {

@@ -7,7 +7,7 @@ use finger::capability::GRAVITY_M_S2;
 use finger::object::Object;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sim::arm::{Phase, Profile};
 use sim::gripper::Gripper;
 use sim::plant::Disturbance;
@@ -20,7 +20,7 @@ use softgrip::units::Kilopascals;
 use softgrip::{Controller, FINGERS};
 
 /// Class of calibration: how well the controller knows its fingers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Knowledge {
     /// After a free-bend sweep: the gain of each finger is known to 1 %.
@@ -43,7 +43,7 @@ impl Knowledge {
 }
 
 /// What makes an object fall.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Origin {
     /// Inertia, under the arm's motion.

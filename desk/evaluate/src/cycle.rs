@@ -3,10 +3,10 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use rand::{Rng, RngExt};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the gripper and the arm are doing. False alarms are counted by activity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "`Activity::name` says what each is")]
 pub enum Activity {

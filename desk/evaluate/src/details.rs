@@ -3,52 +3,18 @@
 use std::fmt::Write;
 
 use crate::case::Case;
-use crate::limits::Measured;
-use crate::options::NOISE_UE;
 use crate::tally::Tally;
 use crate::trial::{Classification, ControllerReport, Trial};
-
-/// False alarms that are shown of each level of noise.
-const SHOWN: usize = 30;
-
-/// All errors on the losses, with the parameters that repeat each run.
-pub fn wrong(trials: &[Trial]) -> String {
-    let wrong = trials.iter().filter(|trial| {
-        !matches!(
-            trial.classification(),
-            Classification::Quiet | Classification::Reported(_) | Classification::Displaced
-        )
-    });
-    wrong.map(|trial| line(trial) + "\n").collect()
-}
-
-/// The slowest reports at each level of noise.
-pub fn slowest(trials: &[Trial], number: usize) -> String {
-    let mut out = String::new();
-    for noise in NOISE_UE {
-        let of = trials.iter().filter(|trial| trial.noise_ue == noise);
-        let reported = of.filter_map(|trial| match trial.classification() {
-            Classification::Reported(ms) => Some((ms, trial)),
-            _ => None,
-        });
-        let mut reported: Vec<_> = reported.collect();
-        reported.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, trial) in reported.iter().take(number) {
-            out += &(line(trial) + "\n");
-        }
-    }
-    out
-}
 
 /// The false alarms of the workload.
 pub fn alarms(tallies: &[Tally]) -> String {
     let mut out = String::new();
     for tally in tallies {
-        for alarm in tally.alarms.iter().take(SHOWN) {
+        for alarm in &tally.alarms {
             // Writing to a String cannot fail.
             let _ = writeln!(
                 out,
-                "{} µε, block {}, {:.3} s, {}: {:?}, {}",
+                "{} µε, block {}, {:.3} s, {}: {}, {}",
                 alarm.noise_ue,
                 alarm.block,
                 alarm.t_s,
@@ -57,8 +23,9 @@ pub fn alarms(tallies: &[Tally]) -> String {
                 alarm.detail
             );
         }
-        if tally.alarms.len() > SHOWN {
-            let more = tally.alarms.len() - SHOWN;
+        let total = tally.total();
+        let more = total.lost + total.faults - tally.alarms.len() as u64;
+        if more > 0 {
             let _ = writeln!(out, "{} µε: and {more} more", tally.noise_ue);
         }
     }
@@ -123,27 +90,4 @@ fn parameters(case: &Case) -> String {
         );
     }
     text
-}
-
-/// What held objects reached, the limit, and what lost ones reached of everything that the detector looks at.
-pub fn limits(measured: &[Measured]) -> String {
-    let mut out = String::new();
-    for Measured { situation, rows } in measured {
-        // Writing to a String cannot fail.
-        let _ = writeln!(out, "{}", situation.name());
-        for row in rows {
-            let number = |lost: Option<f32>| lost.map_or("-".into(), |lost| format!("{lost:.3}"));
-            let _ = writeln!(
-                out,
-                "  {:21}  held {:7.3}   limit {:6.3}   lost {:>8}, 99 % {:>8}, of {}",
-                row.sign.name(),
-                row.held,
-                row.limit,
-                number(row.lost),
-                number(row.most_lost),
-                row.losses
-            );
-        }
-    }
-    out
 }

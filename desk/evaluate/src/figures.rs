@@ -6,8 +6,8 @@ use report::style::{PALETTE, QUIET};
 
 use crate::options::NOISE_UE;
 use crate::roc;
+use crate::sample::Sample;
 use crate::summary::{OperatingPoint, Summary};
-use crate::trial::{Classification, Trial};
 
 /// Latencies up to here are drawn, ms.
 const DRAWN_MS: f64 = 200.0;
@@ -62,28 +62,21 @@ pub fn roc(summary: &Summary) -> anyhow::Result<String> {
 ///
 /// # Errors
 /// If the drawing library fails.
-pub fn latencies(trials: &[Trial]) -> anyhow::Result<String> {
+pub fn latencies(sample: &Sample) -> anyhow::Result<String> {
     let series = NOISE_UE.into_iter().enumerate().map(|(n, noise)| {
-        let of = trials
-            .iter()
-            .filter(|t| t.noise_ue == noise && t.loss.is_some());
-        let classes: Vec<Classification> = of.map(|trial| trial.classification()).collect();
-        let mut ms: Vec<f64> = classes
-            .iter()
-            .filter_map(|class| match class {
-                Classification::Reported(ms) => Some(*ms),
-                _ => None,
-            })
-            .collect();
-        ms.sort_by(f64::total_cmp);
-        let share = |n: usize| 100.0 * n as f64 / classes.len() as f64;
-        let steps = ms.iter().enumerate();
+        let (losses, ms) = sample.reported_ms(n);
+        let share = |n: usize| 100.0 * n as f64 / losses as f64;
+        let steps = ms.cumulative().scan(0, |below, (ms, upto)| {
+            let step = [(ms, share(*below)), (ms, share(upto))];
+            *below = upto;
+            Some(step)
+        });
         Series {
             name: format!("{noise} µε"),
             look: Look::Line,
             color: color(n),
             points: steps
-                .flat_map(|(n, &ms)| [(ms, share(n)), (ms, share(n + 1))])
+                .flatten()
                 .filter(|(ms, _)| (-100.0..=60.0).contains(ms))
                 .collect(),
         }

@@ -1,12 +1,12 @@
-//! Detection latency: random losses on the simulated gripper, measured at each level of noise.
+//! Detection latency: a random loss on the simulated gripper, measured at each level of noise.
 
 use std::ops::ControlFlow;
 
-use rayon::prelude::*;
 use sim::events;
 use sim::setup::Setup;
 
-use crate::case::{Case, KNOWLEDGE, Knowledge};
+use crate::case::{Case, Knowledge};
+use crate::finding::Finding;
 use crate::options::{NOISE_UE, Options};
 use crate::record::Recording;
 use crate::roc::Race;
@@ -15,53 +15,20 @@ use crate::trial::{Trial, judge, seconds};
 
 /// Noise at which the physics is simulated in closed loop, µε.
 const RECORDED_AT_UE: f64 = 20.0;
-/// Cases drawn at a time.
-const BATCH: u64 = 64;
-
-/// Results on the random losses.
-#[derive(Debug, Clone, Default)]
-pub struct Sample {
-    /// Every trial of both classes of knowledge at every level of noise.
-    pub trials: Vec<Trial>,
-    /// The losses as the controller at other settings, and the rules of others, saw them.
-    pub races: Vec<Race>,
-}
-
-/// Draws cases until the requested number of losses has occurred.
+/// What the statistics need of one case.
 ///
 /// # Errors
-/// If a case cannot be simulated, or a recording cannot be read or written.
-pub fn sample(
+/// If the case cannot be simulated, or its recording cannot be read or written.
+pub fn finding(
     base: &Setup,
     options: &Options,
-    done: &(dyn Fn(u64) + Sync),
-) -> anyhow::Result<Sample> {
-    let mut all = Sample::default();
-    for knowledge in KNOWLEDGE {
-        let (mut losses, mut next) = (0, 0);
-        while losses < options.losses {
-            let batch: Vec<_> = (next..next + BATCH)
-                .into_par_iter()
-                .map(|index| {
-                    let (case, recording) = prepare(base, options, knowledge, index)?;
-                    let trials = judge_all(&case, &recording, options, base)?;
-                    let race = Race::run(&case, &recording, &options.settings, base)?;
-                    Ok((trials, race))
-                })
-                .collect::<anyhow::Result<_>>()?;
-            next += BATCH;
-            // In the order of their numbers, so that the sample does not depend on the threads.
-            for (trials, race) in batch {
-                if losses < options.losses {
-                    losses += usize::from(race.is_some());
-                    done(u64::from(race.is_some()));
-                    all.trials.extend(trials);
-                    all.races.extend(race);
-                }
-            }
-        }
-    }
-    Ok(all)
+    knowledge: Knowledge,
+    index: u64,
+) -> anyhow::Result<Finding> {
+    let (case, recording) = prepare(base, options, knowledge, index)?;
+    let trials = judge_all(&case, &recording, options, base)?;
+    let race = Race::run(&case, &recording, &options.settings, base)?;
+    Ok(Finding::of(&case, &trials, race, options.slowest > 0))
 }
 
 /// The trials of one case, one per level of noise.

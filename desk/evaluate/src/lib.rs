@@ -2,14 +2,17 @@
 //! command lines do not belong here.
 //!
 //! ```text
-//! case ─► record (simulator) ─► trial ─► latency ─┬─► summary ─► tables, figures, page
-//!                                 └─► roc ◄───────┤
-//!                          baselines ─┘           │
-//! rig (simulator) ─► identified model ─► surrogate ─► workload ─┬─► alarms ─► tally
+//! case ─► record (simulator) ─► trial ─┬─► finding (latency)
+//!                    baselines ─► roc ─┘
+//! rig (simulator) ─► identified model ─► surrogate ─► workload ─┬─► tally (alarms)
 //!                         difference, slide        cycle ─┘     └─► reach ─► limits
+//!
+//! finding, tally ─► work ─┬──────────────────► evaluation ─► sample ─► summary ─► tables, figures, page
+//!                         └─► part (a file) ───┘
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod about;
 pub mod options;
 
 pub mod case;
@@ -17,12 +20,14 @@ pub mod record;
 pub mod sensor_model;
 mod store;
 
+mod losses;
 pub mod trial;
 
 pub mod baselines;
+pub mod finding;
 pub mod latency;
-mod losses;
 pub mod roc;
+pub mod sample;
 
 pub mod difference;
 pub mod identified_model;
@@ -40,6 +45,9 @@ mod workload;
 pub mod limits;
 
 pub mod evaluation;
+pub mod part;
+pub mod work;
+
 pub mod statistics;
 pub mod summary;
 

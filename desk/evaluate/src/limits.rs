@@ -3,6 +3,7 @@
 //! Held: hours of the workload, and the runs of the sample in which the object stays. Lost: the other runs,
 //! under a controller that never reports, so that the whole collapse is seen.
 
+use std::fmt::Write;
 use std::ops::ControlFlow;
 
 use rayon::prelude::*;
@@ -236,4 +237,27 @@ fn rows(options: &Options, held: &Reach, runs: &[Run], at: usize) -> Vec<Row> {
         }
     })
     .collect()
+}
+
+/// What held objects reached, the limit, and what lost ones reached of everything that the detector looks at.
+pub fn text(measured: &[Measured]) -> String {
+    let mut out = String::new();
+    for Measured { situation, rows } in measured {
+        // Writing to a String cannot fail.
+        let _ = writeln!(out, "{}", situation.name());
+        for row in rows {
+            let number = |lost: Option<f32>| lost.map_or("-".into(), |lost| format!("{lost:.3}"));
+            let _ = writeln!(
+                out,
+                "  {:21}  held {:7.3}   limit {:6.3}   lost {:>8}, 99 % {:>8}, of {}",
+                row.sign.name(),
+                row.held,
+                row.limit,
+                number(row.lost),
+                number(row.most_lost),
+                row.losses
+            );
+        }
+    }
+    out
 }

@@ -1,4 +1,4 @@
-//! The losses as CSV.
+//! The losses as rows of CSV.
 
 use finger::object::Object;
 
@@ -33,22 +33,18 @@ const COLUMNS: [&str; 25] = [
     "verdict",
 ];
 
-/// The losses as CSV, one row each.
-///
-/// # Errors
-/// If a row cannot be formatted.
-pub fn csv(trials: &[Trial]) -> anyhow::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(COLUMNS)?;
-    for trial in trials {
-        if let Some(loss) = &trial.loss {
-            writer.write_record(row(trial, loss))?;
-        }
-    }
-    Ok(writer.into_inner()?)
+/// The names of the columns, as a line.
+pub fn header() -> String {
+    COLUMNS.join(",") + "\n"
 }
 
-fn row(trial: &Trial, loss: &Loss) -> [String; COLUMNS.len()] {
+/// A trial as a line; none if nothing was lost. No field needs quotes: they are numbers and names.
+pub fn row(trial: &Trial) -> Option<String> {
+    let loss = trial.loss.as_ref()?;
+    Some(fields(trial, loss).join(",") + "\n")
+}
+
+fn fields(trial: &Trial, loss: &Loss) -> [String; COLUMNS.len()] {
     let case = &trial.case;
     let (scenario, gripped) = (&case.setup.scenario, case.setup.gripped());
     let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) = gripped.object;

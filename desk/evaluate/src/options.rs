@@ -17,17 +17,17 @@ pub struct Options {
     pub seed: u64,
     /// Number of true losses for each class of calibration.
     pub losses: usize,
-    /// Hours of operation at each level of noise, h; see [`Options::hours_at`].
+    /// Hours of operation at each level of noise, h; see [`hours_at`].
     pub hours: f64,
     /// Directory of simulated losses that are kept, for work on the detector.
     pub recordings: Option<PathBuf>,
+    /// The slowest reports to keep in detail, at each level of noise.
+    pub slowest: usize,
     /// The controller's settings, but for each case's calibration.
     pub settings: Settings,
 }
 
-impl Options {
-    /// Hours at a level of noise.
-    pub fn hours_at(&self, noise_ue: f64) -> f64 {
-        self.hours * if noise_ue > 100.0 { FEWER_HOURS } else { 1.0 }
-    }
+/// Of so many hours, those at a level of noise.
+pub fn hours_at(hours: f64, noise_ue: f64) -> f64 {
+    hours * if noise_ue > 100.0 { FEWER_HOURS } else { 1.0 }
 }

@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 use report::html::{figure, page as whole};
 
+use crate::about::About;
 use crate::evaluation::Evaluation;
-use crate::options::Options;
 use crate::summary::Summary;
 use crate::{details, figures, tables};
 
@@ -12,17 +12,13 @@ use crate::{details, figures, tables};
 ///
 /// # Errors
 /// If the drawing library fails.
-pub fn page(
-    evaluation: &Evaluation,
-    summary: &Summary,
-    options: &Options,
-) -> anyhow::Result<String> {
-    let latencies = figures::latencies(&evaluation.sample.trials)?;
+pub fn page(evaluation: &Evaluation, summary: &Summary) -> anyhow::Result<String> {
+    let latencies = figures::latencies(&evaluation.sample)?;
     let roc = figures::roc(summary)?;
-    let wrong = details::wrong(&evaluation.sample.trials);
+    let wrong = evaluation.sample.wrong();
     let alarms = details::alarms(&evaluation.tallies);
     let body = html! {
-        (introduction(options))
+        (introduction(&summary.about))
         @for table in tables::all(summary) { (table.html()) }
         (figure(None, &latencies, &"Share of the losses that are reported within a time after the collapse of the grip, for three levels of gauge noise."))
         (figure(None, &roc, &figures::roc_caption()))
@@ -38,13 +34,13 @@ pub fn page(
     ))
 }
 
-fn introduction(options: &Options) -> Markup {
-    let Options {
+fn introduction(about: &About) -> Markup {
+    let About {
         seed,
         losses,
         hours,
         ..
-    } = options;
+    } = about;
     html! {
         h1 { "Detection latency and false-alarm rate" }
         p {

@@ -1,10 +1,66 @@
 //! Quantiles of samples and bounds of counts.
 
-/// The `share`-quantile of sorted values, none of no values: the smallest value that at least that share
-/// does not exceed. No interpolation: a published latency is one that was measured.
-pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let rank = (share * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.max(1) - 1).copied()
+use std::collections::BTreeMap;
+
+use report::json::round;
+
+/// Numbers to a tenth, each with how often it occurred: as small for a million values as for a thousand.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Histogram {
+    tenths: BTreeMap<i64, usize>,
+    count: usize,
+}
+
+impl Histogram {
+    /// Adds a value, which must be finite.
+    pub fn add(&mut self, value: f64) {
+        self.add_tenths((10.0 * round(value, 1)).round() as i64, 1);
+    }
+
+    fn add_tenths(&mut self, tenths: i64, times: usize) {
+        *self.tenths.entry(tenths).or_default() += times;
+        self.count += times;
+    }
+
+    /// Adds all values of another one.
+    pub fn join(&mut self, other: &Self) {
+        for (&tenths, &times) in &other.tenths {
+            self.add_tenths(tenths, times);
+        }
+    }
+
+    /// How many values there are.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The values from the smallest on, each with the number of those up to it.
+    pub fn cumulative(&self) -> impl Iterator<Item = (f64, usize)> {
+        self.tenths.iter().scan(0, |below, (&tenths, &times)| {
+            *below += times;
+            Some((tenths as f64 / 10.0, *below))
+        })
+    }
+
+    /// The `share`-quantile, none of no values: the smallest value that at least that share does not exceed.
+    /// No interpolation: a published latency is one that was measured.
+    pub fn quantile(&self, share: f64) -> Option<f64> {
+        self.quantile_of(share, self.count)
+    }
+
+    /// The same of so many values, of which those that are not here are greater; none if it is one of them.
+    pub fn quantile_of(&self, share: f64, count: usize) -> Option<f64> {
+        let rank = (share * count as f64).ceil().max(1.0) as usize;
+        let mut values = self.cumulative();
+        values
+            .find(|(_, upto)| *upto >= rank)
+            .map(|(value, _)| value)
+    }
 }
 
 /// Upper 95 % bound of the mean of a Poisson count: the mean at which so few or fewer events have a
@@ -37,15 +93,30 @@ pub fn poisson_upper_95(count: u64) -> f64 {
 mod tests {
     use super::*;
 
+    fn of(values: impl IntoIterator<Item = f64>) -> Histogram {
+        let mut histogram = Histogram::default();
+        values.into_iter().for_each(|value| histogram.add(value));
+        histogram
+    }
+
     #[test]
     fn a_quantile_is_one_of_the_values() {
-        let values: Vec<f64> = (1..=100).map(f64::from).collect();
-        assert_eq!(quantile(&values, 0.5), Some(50.0));
-        assert_eq!(quantile(&values, 0.99), Some(99.0));
-        assert_eq!(quantile(&values, 1.0), Some(100.0));
-        assert_eq!(quantile(&values, 0.0), Some(1.0));
-        assert_eq!(quantile(&[7.0], 0.99), Some(7.0));
-        assert_eq!(quantile(&[], 0.5), None);
+        let values = of((1..=100).rev().map(f64::from));
+        assert_eq!(values.quantile(0.5), Some(50.0));
+        assert_eq!(values.quantile(0.99), Some(99.0));
+        assert_eq!(values.quantile(1.0), Some(100.0));
+        assert_eq!(values.quantile(0.0), Some(1.0));
+        assert_eq!(of([7.04]).quantile(0.99), Some(7.0));
+        assert_eq!(of([-0.26, -0.04]).quantile(0.5), Some(-0.3));
+        assert_eq!(of([-0.26, -0.04]).quantile(1.0), Some(0.0));
+        assert_eq!(of([]).quantile(0.5), None);
+    }
+
+    #[test]
+    fn values_that_are_missing_are_the_greatest() {
+        let values = of([3.0, 1.0, 2.0]);
+        assert_eq!(values.quantile_of(0.5, 6), Some(3.0));
+        assert_eq!(values.quantile_of(0.51, 6), None);
     }
 
     #[test]

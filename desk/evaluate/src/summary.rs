@@ -4,23 +4,22 @@ use report::json::round;
 use serde::Serialize;
 use sim::scenario::ObjectKind;
 
+use crate::about::About;
 use crate::case::{KNOWLEDGE, Knowledge, ORIGINS, Origin};
 use crate::cycle::Activity;
 use crate::evaluation::Evaluation;
-use crate::options::{NOISE_UE, Options};
+use crate::options::NOISE_UE;
 use crate::roc::{Curve, Point};
-use crate::statistics::{poisson_upper_95, quantile};
+use crate::sample::Sample;
+use crate::statistics::{Histogram, poisson_upper_95};
 use crate::tally::{Count, Tally};
-use crate::trial::{Classification, ControllerReport, Trial};
-
-/// A slip must be warned of before the object has moved this far, mm.
-pub const WARN_MM: f64 = 15.0;
 
 /// All published numbers; the object that `--json` prints.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
-    /// Seed of all random numbers.
-    pub seed: u64,
+    /// What was evaluated, and with what.
+    #[serde(flatten)]
+    pub about: About,
     /// Detection latency, one entry per level of noise, origin and class of calibration.
     pub latency: Vec<LatencyStatistics>,
     /// How far objects slid before the report, per object, origin and level of noise.
@@ -79,15 +78,13 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    fn of(mut values: Vec<f64>) -> Self {
-        values.sort_by(f64::total_cmp);
-        let at = |share| quantile(&values, share).map(|x| round(x, 1));
+    fn of(values: &Histogram) -> Self {
         Self {
-            min: at(0.0),
-            p50: at(0.5),
-            p95: at(0.95),
-            p99: at(0.99),
-            max: at(1.0),
+            min: values.quantile(0.0),
+            p50: values.quantile(0.5),
+            p95: values.quantile(0.95),
+            p99: values.quantile(0.99),
+            max: values.quantile(1.0),
         }
     }
 }
@@ -109,7 +106,7 @@ pub struct SlideStatistics {
     pub lost_mm: Quantiles,
     /// Losses with a warning of a slip before the report.
     pub warned: usize,
-    /// Of these, losses with a warning before the object had moved [`WARN_MM`].
+    /// Of these, losses with a warning before the object had moved [`crate::sample::WARN_MM`].
     pub warned_in_time: usize,
     /// Displacement relative to the palm at the warning, mm.
     pub warned_mm: Quantiles,
@@ -188,93 +185,63 @@ pub struct OperatingPoint {
 
 impl Summary {
     /// Computes the published numbers from the raw results.
-    pub fn of(evaluation: &Evaluation, options: &Options) -> Self {
-        let trials = &evaluation.sample.trials;
-        let latency = NOISE_UE.into_iter().flat_map(|noise| {
+    pub fn of(evaluation: &Evaluation, about: &About) -> Self {
+        let sample = &evaluation.sample;
+        let latency = (0..NOISE_UE.len()).flat_map(|noise| {
             ORIGINS.into_iter().flat_map(move |origin| {
-                KNOWLEDGE.map(|knowledge| LatencyStatistics::of(trials, noise, origin, knowledge))
+                KNOWLEDGE.map(|knowledge| LatencyStatistics::of(sample, noise, origin, knowledge))
             })
         });
-        let objects = [ObjectKind::Sphere, ObjectKind::Cylinder];
-        let slide = objects.into_iter().flat_map(|object| {
+        let slide = ObjectKind::ALL.into_iter().flat_map(|object| {
             ORIGINS.into_iter().flat_map(move |origin| {
-                NOISE_UE.map(|noise| SlideStatistics::of(trials, object, origin, noise))
+                let noises = 0..NOISE_UE.len();
+                noises.map(move |noise| SlideStatistics::of(sample, object, origin, noise))
             })
         });
         Self {
-            seed: options.seed,
+            about: about.clone(),
             latency: latency.collect(),
             slide: slide.collect(),
             false_alarms: evaluation.tallies.iter().map(AlarmStatistics::of).collect(),
-            detectors: detectors(&evaluation.curves),
+            detectors: detectors(&sample.contest().curves()),
         }
     }
 }
 
 impl LatencyStatistics {
-    fn of(trials: &[Trial], noise_ue: f64, origin: Origin, knowledge: Knowledge) -> Self {
-        let of: Vec<&Trial> = trials
-            .iter()
-            .filter(|t| t.noise_ue == noise_ue && t.case.origin() == origin)
-            .filter(|t| t.case.knowledge == knowledge)
-            .collect();
-        let classes: Vec<Classification> = of.iter().map(|trial| trial.classification()).collect();
-        let count = |wanted| classes.iter().filter(|v| **v == wanted).count();
-        let reported = classes.iter().filter_map(|class| match class {
-            Classification::Reported(ms) => Some(*ms),
-            _ => None,
-        });
-        let ms: Vec<f64> = reported.collect();
+    fn of(sample: &Sample, noise: usize, origin: Origin, knowledge: Knowledge) -> Self {
+        let counts = sample.counts(noise, origin, knowledge);
         Self {
-            noise_ue,
+            noise_ue: NOISE_UE[noise],
             origin,
             knowledge,
-            losses: of.iter().filter(|t| t.loss.is_some()).count(),
-            early: ms.iter().filter(|ms| **ms < 0.0).count(),
-            ms: Quantiles::of(ms),
-            missed: count(Classification::Missed),
-            misnamed: count(Classification::Misnamed),
-            not_recognised: count(Classification::NotRecognised),
-            held: of.iter().filter(|t| t.loss.is_none()).count(),
-            displaced: count(Classification::Displaced),
-            displaced_reported: of
-                .iter()
-                .filter(|t| t.classification() == Classification::Displaced)
-                .filter(|t| matches!(t.report, ControllerReport::Lost { .. }))
-                .count(),
-            false_alarms: count(Classification::FalseAlarm),
+            losses: counts.losses,
+            early: counts.early,
+            ms: Quantiles::of(&counts.reported_ms),
+            missed: counts.missed,
+            misnamed: counts.misnamed,
+            not_recognised: counts.not_recognised,
+            held: counts.held,
+            displaced: counts.displaced,
+            displaced_reported: counts.displaced_reported,
+            false_alarms: counts.false_alarms,
         }
     }
 }
 
 impl SlideStatistics {
-    fn of(trials: &[Trial], object: ObjectKind, origin: Origin, noise_ue: f64) -> Self {
-        let reported = trials.iter().filter_map(|trial| {
-            let case = &trial.case;
-            let fits = trial.noise_ue == noise_ue
-                && case.setup.scenario.object == object
-                && case.origin() == origin;
-            match (trial.classification(), &trial.report) {
-                (Classification::Reported(_), ControllerReport::Lost { t_s, moved_mm }) if fits => {
-                    Some((*t_s, f64::from(*moved_mm), trial.loss?))
-                }
-                _ => None,
-            }
-        });
-        let reported: Vec<_> = reported.collect();
-        let warnings = reported.iter().filter_map(|(_, _, loss)| loss.warning);
-        let warned_mm: Vec<f64> = warnings.map(|(_, mm)| f64::from(mm)).collect();
-        let lost_ms = reported.iter().map(|(t, _, loss)| 1e3 * (t - loss.slide_s));
+    fn of(sample: &Sample, object: ObjectKind, origin: Origin, noise: usize) -> Self {
+        let slides = sample.slides(object, origin, noise);
         Self {
             object,
             origin,
-            noise_ue,
-            losses: reported.len(),
-            lost_ms: Quantiles::of(lost_ms.collect()),
-            lost_mm: Quantiles::of(reported.iter().map(|(_, mm, _)| *mm).collect()),
-            warned: warned_mm.len(),
-            warned_in_time: warned_mm.iter().filter(|mm| **mm < WARN_MM).count(),
-            warned_mm: Quantiles::of(warned_mm),
+            noise_ue: NOISE_UE[noise],
+            losses: slides.lost_ms.len(),
+            lost_ms: Quantiles::of(&slides.lost_ms),
+            lost_mm: Quantiles::of(&slides.lost_mm),
+            warned: slides.warned_mm.len(),
+            warned_in_time: slides.warned_in_time,
+            warned_mm: Quantiles::of(&slides.warned_mm),
         }
     }
 

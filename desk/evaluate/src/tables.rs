@@ -3,9 +3,10 @@
 use report::table::Table;
 
 use crate::roc;
+use crate::sample::WARN_MM;
 use crate::summary::{
     AlarmRate, AlarmStatistics, Detector, LatencyStatistics, OperatingPoint, Quantiles,
-    SlideStatistics, Summary, WARN_MM,
+    SlideStatistics, Summary,
 };
 
 /// Every table of the evaluation, in the order of the page.

@@ -1,12 +1,15 @@
 //! Counts of false reports by activity.
 
-use softgrip::telemetry::Event;
+use serde::{Deserialize, Serialize};
 
 use crate::baselines::RULES;
 use crate::cycle::Activity;
 
+/// False reports that are kept in full, of each level of noise.
+const KEPT: usize = 30;
+
 /// Time and false reports during one activity.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Count {
     /// Simulated time, s.
     pub time_s: f64,
@@ -31,7 +34,7 @@ impl std::ops::AddAssign for Count {
 }
 
 /// A false report, so that it can be found again.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct FalseAlarm {
     /// Noise of the gauges, µε.
     pub noise_ue: f64,
@@ -43,18 +46,18 @@ pub struct FalseAlarm {
     pub activity: Activity,
     /// The motion at the time, for a reader.
     pub detail: String,
-    /// The false event.
-    pub event: Event,
+    /// The false event, for a reader.
+    pub event: String,
 }
 
 /// Time and false reports at one level of noise.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
     /// Noise of the gauges, µε.
     pub noise_ue: f64,
     /// By activity, in the order of [`Activity::ALL`].
     pub counts: [Count; Activity::ALL.len()],
-    /// The false reports of *lost* and the faults.
+    /// The false reports of *lost* and the faults; of a sum, the first ones.
     pub alarms: Vec<FalseAlarm>,
     /// The greatest score of every baseline in each hold, if they were compared.
     pub scores: Vec<[f32; RULES]>,
@@ -69,6 +72,16 @@ impl Tally {
             alarms: Vec::new(),
             scores: Vec::new(),
         }
+    }
+
+    /// Adds what was counted after this.
+    pub fn add(&mut self, later: Self) {
+        for (sum, count) in self.counts.iter_mut().zip(later.counts) {
+            *sum += count;
+        }
+        self.alarms.extend(later.alarms);
+        self.alarms.truncate(KEPT);
+        self.scores.extend(later.scores);
     }
 
     /// Sum over all activities.

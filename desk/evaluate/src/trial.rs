@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use serde::{Deserialize, Serialize};
 use sim::setup::Setup;
 use softgrip::TICK_US;
 use softgrip::settings::Settings;
@@ -16,6 +17,7 @@ pub const MISSED_MS: f64 = 500.0;
 pub const UNMOVED_MM: f32 = 1.0;
 /// The object slides for good from the last moment when it had slid less than this, mm.
 const SLIDE_MM: f32 = 0.5;
+
 /// The controller's response to one recording at one level of noise.
 #[derive(Debug, Clone)]
 pub struct Trial {
@@ -68,7 +70,7 @@ pub struct Loss {
 }
 
 /// How a trial counts in the statistics.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Classification {
     /// Held, and nothing said.
     Quiet,
@@ -84,6 +86,13 @@ pub enum Classification {
     Misnamed,
     /// The object was moved out of place, but the fingers still press on it: neither is wrong.
     Displaced,
+}
+
+impl Classification {
+    /// Whether the controller was wrong.
+    pub fn is_wrong(self) -> bool {
+        !matches!(self, Self::Quiet | Self::Reported(_) | Self::Displaced)
+    }
 }
 
 impl Trial {

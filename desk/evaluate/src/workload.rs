@@ -363,7 +363,7 @@ impl<'a> Workload<'a> {
                     t_s: self.tick as f64 * TICK_S,
                     activity,
                     detail: format!("{motion:?} after {:.3} s", n as f64 * TICK_S),
-                    event: *event,
+                    event: format!("{event:?}"),
                 });
                 command = Command::Acknowledge;
                 end = End::Broken;

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use evaluate::alarms;
+use evaluate::alarms::{self, Group};
 use evaluate::case::{Case, Knowledge};
 use evaluate::cycle::{Activity, PalmMotion};
 use evaluate::identified_model::{Held, IdentifiedModel};
@@ -12,6 +12,7 @@ use evaluate::options::Options;
 use evaluate::record::{ObjectOutcome, Recording};
 use evaluate::rig::Rig;
 use evaluate::surrogate::{GaugeErrors, Surrogate};
+use evaluate::tally::Tally;
 use evaluate::trial::judge;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -33,6 +34,7 @@ fn options(seed: u64) -> Options {
         losses: 3,
         hours: 0.05,
         recordings: None,
+        slowest: 0,
         settings: Settings::default(),
     }
 }
@@ -325,8 +327,16 @@ fn every_hour_is_counted_once_and_every_activity_happens() {
     let options = options(503);
     let responses = GRIPS
         .map(|(object, mass_kg)| IdentifiedModel::of(&grip(object, mass_kg)).expect("a model"));
-    let tally =
-        alarms::tally(&base, &options, &responses, 20.0, 0.5, false, &|_| ()).expect("a tally");
+    let hours = Group {
+        noise_ue: 20.0,
+        hours: 0.5,
+        evidence: None,
+        compared: false,
+    };
+    let mut tally = Tally::none(20.0);
+    for stretch in alarms::stretches(&[hours]) {
+        tally.add(stretch.count(&base, &options, &responses).expect("a tally"));
+    }
     let total = tally.total();
     assert!((total.time_s - 1800.0).abs() < 1.0, "{}", total.time_s);
     for (activity, count) in Activity::ALL.iter().zip(tally.counts) {

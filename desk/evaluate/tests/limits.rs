@@ -16,6 +16,7 @@ fn held_objects_stay_below_every_limit_and_lost_ones_go_far_beyond_the_evidence_
         losses: 4,
         hours: 0.02,
         recordings: None,
+        slowest: 0,
         settings: base.settings(),
     };
     let models = alarms::models(&base).expect("grips");

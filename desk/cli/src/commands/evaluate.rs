@@ -1,22 +1,32 @@
 //! `softgrip evaluate`: detection latency and false-alarm rate.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use clap::Args;
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use evaluate::about::About;
 use evaluate::case::KNOWLEDGE;
+use evaluate::evaluation::{self, Evaluation};
 use evaluate::options::Options;
+use evaluate::output::{self, Losses};
+use evaluate::part::{self, Part};
 use evaluate::summary::Summary;
-use evaluate::{alarms, details, evaluation, latency, limits, output, tables};
+use evaluate::{alarms, details, latency, limits, tables};
 use report::files;
+use report::provenance::Provenance;
+use report::shard::Shard;
 use sim::setup::Setup;
 
 use super::output::{out, outln};
-use super::{Output, in_parallel, load_recipe, progress_bar, within};
+use super::{BUILD, Output, in_parallel, incomplete, load_recipe, progress_bar, within};
 
 #[derive(Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct EvaluateArgs {
+    #[command(subcommand)]
+    merge: Option<Action>,
     /// Hours of simulated operation without a loss at each level of noise; a tenth of that at the highest.
     #[arg(long, value_name = "H", default_value = "100", allow_negative_numbers = true, value_parser = within(0.0, 10_000.0))]
     hours: f64,
@@ -39,6 +49,10 @@ pub struct EvaluateArgs {
     /// Only what held objects reach and what lost ones reach of everything that the detector has a limit for.
     #[arg(long, conflicts_with_all = ["only", "slowest"])]
     limits: bool,
+    /// Only the i-th of n parts, into a folder of its own below --out, which all parts share. An interrupted part
+    /// goes on where it was.
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["only", "slowest", "limits", "json"])]
+    shard: Option<Shard>,
     /// Noise of the trace that --only writes, µε rms.
     #[arg(long, value_name = "UE", default_value = "20", requires = "only", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
     noise: f64,
@@ -52,64 +66,166 @@ pub struct EvaluateArgs {
     jobs: Option<u16>,
 }
 
+#[derive(Subcommand)]
+enum Action {
+    /// Merges the parts of an evaluation that was split with --shard.
+    ///
+    /// Exits with 3 if parts are missing or unfinished, and prints their numbers as `sbatch --array` takes them.
+    Merge(MergeArgs),
+}
+
+#[derive(Args)]
+struct MergeArgs {
+    /// The common directory of all parts: the --out that they had.
+    dir: PathBuf,
+    /// Directory for the files [default: DIR].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
 pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
+    if let Some(Action::Merge(args)) = &args.merge {
+        return merge(args);
+    }
     let out = args.output.directory()?;
-    let base = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    let recipe = load_recipe(args.recipe.as_deref())?;
+    let base = Setup::of(&recipe)?;
     evaluation::check(&base)?;
     let options = Options {
         seed: args.seed,
         losses: args.losses,
         hours: args.hours,
         recordings: args.recordings.clone(),
+        slowest: args.slowest,
         settings: base.settings(),
     };
     if let Some(dir) = &options.recordings {
         files::prepare(dir)?;
     }
-    if let Some(index) = args.only {
-        for knowledge in KNOWLEDGE {
-            for trial in latency::trials_of(&base, &options, knowledge, index)? {
-                outln!("{}", details::line(&trial));
-            }
-            if let Some(dir) = out {
-                let trace = latency::trace(&base, &options, knowledge, index, args.noise)?;
-                let name = format!("{}-{index}.csv", knowledge.name());
-                files::write(dir, &name, &trace)?;
-            }
+    let provenance = Provenance::new(BUILD, &recipe, &options.settings);
+    let about = About::new(&options, provenance);
+    match (args.only, args.shard, out) {
+        (Some(index), ..) => only(&base, &options, index, args.noise, out),
+        _ if args.limits => measure_limits(&base, &options, args),
+        (None, Some(shard), Some(dir)) => run_part(&base, &options, &about, shard, dir, args.jobs),
+        _ => whole(&base, &options, &about, out, args),
+    }
+}
+
+/// One run of the losses, in detail.
+fn only(
+    base: &Setup,
+    options: &Options,
+    index: u64,
+    noise_ue: f64,
+    out: Option<&Path>,
+) -> anyhow::Result<ExitCode> {
+    for knowledge in KNOWLEDGE {
+        for trial in latency::trials_of(base, options, knowledge, index)? {
+            outln!("{}", details::line(&trial));
         }
-        return Ok(ExitCode::SUCCESS);
+        if let Some(dir) = out {
+            let trace = latency::trace(base, options, knowledge, index, noise_ue)?;
+            let name = format!("{}-{index}.csv", knowledge.name());
+            files::write(dir, &name, &trace)?;
+        }
     }
-    if args.limits {
-        return measure_limits(&base, &options, args);
-    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn whole(
+    base: &Setup,
+    options: &Options,
+    about: &About,
+    out: Option<&Path>,
+    args: &EvaluateArgs,
+) -> anyhow::Result<ExitCode> {
     let start = Instant::now();
-    let bar = progress_bar(evaluation::steps(&options), "losses and seconds");
+    let mut losses = output::losses(out)?;
+    let bar = progress_bar(
+        evaluation::steps(options, Shard::WHOLE),
+        "losses and seconds",
+    );
     let evaluation = in_parallel(args.jobs, || {
-        evaluation::run(&base, &options, &|steps| bar.inc(steps))
+        evaluation::run(base, options, about, &mut losses, &|steps| bar.inc(steps))
     })??;
     bar.finish_and_clear();
-    let summary = Summary::of(&evaluation, &options);
-    if let Some(dir) = out {
-        output::write(&evaluation, &summary, &options, dir)?;
+    publish(&evaluation, about, losses, out, args.output.json)?;
+    if !args.output.json {
+        outln!("{:.0} s", start.elapsed().as_secs_f64());
     }
-    if args.output.json {
-        outln!("{}", serde_json::to_string(&summary)?);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run_part(
+    base: &Setup,
+    options: &Options,
+    about: &About,
+    shard: Shard,
+    dir: &Path,
+    jobs: Option<u16>,
+) -> anyhow::Result<ExitCode> {
+    let folder = shard.folder(dir);
+    files::prepare(&folder)?;
+    let mut part = Part::open(&folder, about, shard)?;
+    for note in part.notes() {
+        super::output::note(format_args!("{note}"));
+    }
+    if part.is_finished() {
+        outln!("{}: finished before", folder.display());
         return Ok(ExitCode::SUCCESS);
     }
-    let trials = &evaluation.sample.trials;
-    out!("{}", details::wrong(trials));
-    if args.slowest > 0 {
-        out!("{}", details::slowest(trials, args.slowest));
+    let bar = progress_bar(evaluation::steps(options, shard), "losses and seconds");
+    in_parallel(jobs, || part.run(base, options, &|steps| bar.inc(steps)))??;
+    bar.finish_and_clear();
+    outln!("{}: finished", folder.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
+    let parts = part::find(&args.dir, BUILD)?;
+    if let Some(status) = incomplete(&args.dir, &parts)? {
+        return Ok(status);
     }
+    let about = serde_json::from_value(parts.about.into());
+    let about = about.with_context(|| args.dir.display().to_string())?;
+    let out = args.out.as_ref().unwrap_or(&args.dir);
+    files::prepare(out)?;
+    let mut losses = output::losses(Some(out))?;
+    let evaluation = part::merge(&parts.folders, &about, &mut losses)?;
+    publish(&evaluation, &about, losses, Some(out), args.json)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes and prints the results.
+fn publish(
+    evaluation: &Evaluation,
+    about: &About,
+    losses: Losses,
+    out: Option<&Path>,
+    json: bool,
+) -> anyhow::Result<()> {
+    let summary = Summary::of(evaluation, about);
+    if let Some(dir) = out {
+        output::write(evaluation, &summary, losses, dir)?;
+    }
+    if json {
+        outln!("{}", serde_json::to_string(&summary)?);
+        return Ok(());
+    }
+    out!("{}", evaluation.sample.wrong());
+    out!("{}", evaluation.sample.slowest());
     out!("{}", details::alarms(&evaluation.tallies));
     for table in tables::all(&summary) {
         outln!("{}", table.text());
     }
-    outln!("{:.0} s", start.elapsed().as_secs_f64());
     if let Some(dir) = out {
         outln!("report: {}/report.html", dir.display());
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 fn measure_limits(
@@ -125,7 +241,7 @@ fn measure_limits(
     bar.finish_and_clear();
     let text = match args.output.json {
         true => serde_json::to_string(&measured)? + "\n",
-        false => details::limits(&measured),
+        false => limits::text(&measured),
     };
     if let Some(dir) = args.output.directory()? {
         files::write(
