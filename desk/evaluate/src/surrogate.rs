@@ -4,6 +4,7 @@
 use rand::Rng;
 use sim::air::{Lag, Swing, Valve};
 use sim::gripper::Gripper;
+use sim::silicone::Silicone;
 use softgrip::table::{self, FingerTable};
 use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
@@ -32,7 +33,7 @@ pub struct Surrogate<R> {
     gripper: Gripper,
     valve: Valve,
     pressure: Lag,
-    inflation: Lag,
+    silicone: Silicone,
     bending: Swing,
     creep: [Lag; FINGERS],
     /// The held object, if there is one.
@@ -54,7 +55,7 @@ impl<R: Rng> Surrogate<R> {
             table,
             valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            inflation: Lag::new(1e-3 * gripper.hand.inflation_lag_ms),
+            silicone: Silicone::new(&gripper.hand),
             bending: Swing::default(),
             creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
             held: None,
@@ -83,7 +84,7 @@ impl<R: Rng> Surrogate<R> {
             .valve
             .step(regulator, Valve::wanted_kpa(regulator, dac));
         let pressure_kpa = (self.pressure.step(valve_kpa) + ripple_kpa).max(0.0);
-        let inflated_kpa = self.inflation.step(pressure_kpa);
+        let inflated_kpa = self.silicone.step(pressure_kpa);
         let free_at =
             |kpa: f64| f64::from(table::free_strain(self.table, Kilopascals(kpa as f32)).0.0);
         let mut free = free_at(self.bending.step(inflated_kpa));

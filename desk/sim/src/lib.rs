@@ -14,6 +14,7 @@ pub mod scenario;
 
 pub mod air;
 pub mod arm;
+pub mod silicone;
 pub mod world;
 
 pub mod plant;

@@ -17,6 +17,7 @@ use crate::arm::{ArmState, Profile};
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
 use crate::scenario::{ObjectKind, Scenario};
+use crate::silicone::Silicone;
 use crate::world::{Finger, LINKS, Shape, World, WorldConfig};
 
 /// One 12-bit step of a left-aligned code.
@@ -135,7 +136,7 @@ pub struct Plant {
     steps: u64,
     valve: Valve,
     pressure: Lag,
-    inflation: Lag,
+    silicone: Silicone,
     bending: Swing,
     creep: [Lag; FINGERS],
     disturbance: Disturbance,
@@ -162,7 +163,7 @@ impl Plant {
             steps: 0,
             valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            inflation: Lag::new(1e-3 * gripper.hand.inflation_lag_ms),
+            silicone: Silicone::new(&gripper.hand),
             bending: Swing::default(),
             creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
             disturbance: Disturbance::default(),
@@ -325,7 +326,7 @@ impl Plant {
             self.pressure.value = self.pressure.value.min(before);
         }
         let pressure = self.pressure_kpa();
-        self.inflation.step(pressure)
+        self.silicone.step(pressure)
     }
 
     fn creep(&mut self, strain_ue: [f64; FINGERS]) -> [f64; FINGERS] {
