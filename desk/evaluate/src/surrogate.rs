@@ -55,7 +55,7 @@ impl<R: Rng> Surrogate<R> {
             table,
             valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            silicone: Silicone::new(&gripper.hand),
+            silicone: Silicone::new(&gripper.hand, table.max_pressure_kpa.into()),
             bending: Swing::default(),
             creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
             held: None,

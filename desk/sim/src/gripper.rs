@@ -26,6 +26,7 @@ pub struct FingerParameters {
     pub damping_ms: f64,
     pub inflation_lag_ms: f64,
     pub deflation_lag_ms: f64,
+    pub hysteresis_percent: f64,
     pub sliding_friction: f64,
 }
 

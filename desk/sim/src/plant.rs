@@ -163,7 +163,7 @@ impl Plant {
             steps: 0,
             valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            silicone: Silicone::new(&gripper.hand),
+            silicone: Silicone::new(&gripper.hand, chain.max_pressure_kpa()),
             bending: Swing::default(),
             creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
             disturbance: Disturbance::default(),

@@ -82,6 +82,7 @@ pub const PARAMETERS: &[Parameter] = &[
     number("hand.damping_ms", 1.0, 1_000.0, |s, x| s.gripper.hand.damping_ms = x),
     number("hand.inflation_lag_ms", 1.0, 5_000.0, |s, x| s.gripper.hand.inflation_lag_ms = x),
     number("hand.deflation_lag_ms", 1.0, 5_000.0, |s, x| s.gripper.hand.deflation_lag_ms = x),
+    number("hand.hysteresis_percent", 0.0, 20.0, |s, x| s.gripper.hand.hysteresis_percent = x),
     number("hand.sliding_friction", 0.0, 1.0, |s, x| s.gripper.hand.sliding_friction = x),
     number("world.step_ms", 0.1, 5.0, |s, x| s.gripper.world.step_ms = x),
     number("arm.approach_mm", 1.0, 2_000.0, |s, x| s.gripper.arm.approach_mm = x),

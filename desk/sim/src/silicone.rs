@@ -1,19 +1,50 @@
-//! How the shape of a finger follows its pressure: silicone lags behind.
+//! How the shape of a finger follows its pressure: silicone lags behind, and its inner friction keeps a part of
+//! where it came from.
+//!
+//! The friction is a Prandtl-Ishlinskii operator, rate-independent and without drift:
+//!
+//! ```text
+//! y = (1 − N w) x + w Σ F_j(x),    F_j ← max(x − r_j, min(x + r_j, F_j)),    r_j = j r / N,  j = 1…N
+//! ```
+//!
+//! with `x` the pressure behind the lag and `y` the pressure at which the recipe has the joint torques of now.
+//! Once all N play operators have turned, `y` is `x − w Σ r_j` on the way up and `x + w Σ r_j` on the way down. The
+//! recipe's curve behind it makes the loop in the bend asymmetric, and closes it at zero pressure, where the
+//! curve is flat (Kuhnen, Eur. J. Control 9, 2003: operator and memoryless curve in series; four of them describe
+//! the public record of a PneuNet actuator).
 
 use crate::air::Lag;
 use crate::gripper::FingerParameters;
+
+/// Play operators of a finger.
+const PLAYS: usize = 4;
+/// Greatest threshold `r` as a share of the highest pressure: the loop of a full stroke narrows over the last half
+/// of it, as measured loops do.
+const THRESHOLD: f64 = 0.25;
 
 /// The pressure that a finger's joint torques have followed so far.
 #[derive(Debug, Clone, Copy)]
 pub struct Silicone {
     inflation: Lag,
     deflation: Lag,
+    /// Outputs `F_j`, kPa.
+    plays_kpa: [f64; PLAYS],
+    /// Thresholds `r_j`, kPa.
+    thresholds_kpa: [f64; PLAYS],
+    /// Weight `w`.
+    weight: f64,
 }
 
 impl Silicone {
-    /// A finger that has rested without pressure.
-    pub fn new(hand: &FingerParameters) -> Self {
+    /// A finger that has rested without pressure, with a recipe that ends at `max_kpa`.
+    pub fn new(hand: &FingerParameters, max_kpa: f64) -> Self {
+        let thresholds_kpa =
+            std::array::from_fn(|j| THRESHOLD * max_kpa * (j + 1) as f64 / PLAYS as f64);
+        let width_kpa = 0.01 * hand.hysteresis_percent * max_kpa;
         Self {
+            plays_kpa: [0.0; PLAYS],
+            thresholds_kpa,
+            weight: width_kpa / (2.0 * thresholds_kpa.iter().sum::<f64>()),
             inflation: Lag::new(1e-3 * hand.inflation_lag_ms),
             deflation: Lag::new(1e-3 * hand.deflation_lag_ms),
         }
@@ -27,8 +58,19 @@ impl Silicone {
         } else {
             (&mut self.deflation, &mut self.inflation)
         };
-        other.value = lag.step(pressure_kpa);
-        other.value
+        let kpa = lag.step(pressure_kpa);
+        other.value = kpa;
+        self.rub(kpa)
+    }
+
+    /// Advances the play operators; gives what they make of a pressure, kPa.
+    fn rub(&mut self, kpa: f64) -> f64 {
+        let mut left_kpa = 0.0;
+        for (play, threshold) in self.plays_kpa.iter_mut().zip(self.thresholds_kpa) {
+            *play = play.clamp(kpa - threshold, kpa + threshold);
+            left_kpa += *play - kpa;
+        }
+        kpa + self.weight * left_kpa
     }
 }
 
@@ -38,16 +80,19 @@ mod tests {
     use crate::air::TICK_S;
     use crate::gripper::Gripper;
 
+    const MAX_KPA: f64 = 160.0;
+
     /// The reference with every effect of silicone off.
     fn ideal() -> FingerParameters {
         let mut hand = Gripper::reference().hand;
         hand.deflation_lag_ms = hand.inflation_lag_ms;
+        hand.hysteresis_percent = 0.0;
         hand
     }
 
     /// Time until a finger at `from_kpa` has gone 63 % of the way to `to_kpa`, ms.
     fn lag_ms(hand: &FingerParameters, from_kpa: f64, to_kpa: f64) -> f64 {
-        let mut silicone = Silicone::new(hand);
+        let mut silicone = Silicone::new(hand, MAX_KPA);
         for _ in 0..5_000 {
             silicone.step(from_kpa);
         }
@@ -66,5 +111,48 @@ mod tests {
         assert!((lag_ms(&hand, 0.0, 140.0) - 100.0).abs() < 2.0);
         assert!((lag_ms(&hand, 100.0, 140.0) - 100.0).abs() < 2.0);
         assert!((lag_ms(&hand, 140.0, 0.0) - 300.0).abs() < 2.0);
+    }
+
+    /// A finger with this hysteresis, and its output once it has come to rest at each of these pressures.
+    fn settle(percent: f64, pressures_kpa: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let hand = FingerParameters {
+            hysteresis_percent: percent,
+            ..ideal()
+        };
+        let mut silicone = Silicone::new(&hand, MAX_KPA);
+        let settled = pressures_kpa
+            .into_iter()
+            .map(|kpa| (0..3_000).fold(0.0, |_, _| silicone.step(kpa)));
+        settled.collect()
+    }
+
+    #[test]
+    fn the_way_down_is_as_far_from_the_way_up_as_the_parameter_says() {
+        let [up, _, down] = settle(5.0, [100.0, 160.0, 70.0])[..] else {
+            panic!("three pressures");
+        };
+        // 5 % of 160 kPa are 8 kPa, half to each side.
+        assert!((up - 96.0).abs() < 1e-6 && (down - 74.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_small_loop_closes_and_leaves_the_large_one_as_it_was() {
+        let [first, _, back, _, _, after] =
+            settle(5.0, [120.0, 100.0, 120.0, 150.0, 100.0, 120.0])[..]
+        else {
+            panic!("six pressures");
+        };
+        assert!((first - back).abs() < 1e-6, "return-point memory");
+        assert!(after > back + 0.5, "{after}: on its way back from higher");
+    }
+
+    #[test]
+    fn without_hysteresis_only_the_pressure_counts() {
+        for (kpa, followed) in [150.0, 70.0, 0.0]
+            .into_iter()
+            .zip(settle(0.0, [150.0, 70.0, 0.0]))
+        {
+            assert!((kpa - followed).abs() < 1e-6);
+        }
     }
 }
