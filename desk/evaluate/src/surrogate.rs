@@ -4,7 +4,7 @@
 use rand::Rng;
 use sim::air::{Lag, Swing, Valve};
 use sim::gripper::Gripper;
-use sim::silicone::Silicone;
+use sim::silicone::{Creep, Silicone};
 use softgrip::table::{self, FingerTable};
 use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
@@ -35,7 +35,8 @@ pub struct Surrogate<R> {
     pressure: Lag,
     silicone: Silicone,
     bending: Swing,
-    creep: [Lag; FINGERS],
+    creep: Creep<1>,
+    gauge_creep: Creep<FINGERS>,
     /// The held object, if there is one.
     held: Option<(IdentifiedModel, Held)>,
     /// Errors of each gauge.
@@ -57,7 +58,8 @@ impl<R: Rng> Surrogate<R> {
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
             silicone: Silicone::new(&gripper.hand, table.max_pressure_kpa.into()),
             bending: Swing::default(),
-            creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
+            creep: Creep::new(gripper.hand.creep_percent, gripper.hand.creep_time_s),
+            gauge_creep: Creep::new(gripper.gauge.creep_percent, gripper.gauge.creep_time_s),
             held: None,
             gauges,
             gripper: gripper.clone(),
@@ -89,21 +91,24 @@ impl<R: Rng> Surrogate<R> {
             |kpa: f64| f64::from(table::free_strain(self.table, Kilopascals(kpa as f32)).0.0);
         let mut free = free_at(self.bending.step(inflated_kpa));
 
+        // What presses on an object cannot bend any further.
+        let [mut crept] = self.creep.step([free_at(inflated_kpa)]);
         let mut residual = [0.0; FINGERS];
         if let Some((model, held)) = &mut self.held {
             let plateau = model.residual_at(inflated_kpa);
             // A free finger swings; one that presses on something does not.
             let pressing = plateau / (plateau + TOUCH_UE);
             free += pressing * (free_at(inflated_kpa) - free);
+            crept *= 1.0 - pressing;
             let share = plateau / model.residual_at(model.pressure_kpa);
             let change = held.step(acceleration_m_s2);
             residual = change.map(|change| plateau + share * change);
         }
-        let creep = 0.01 * self.gripper.gauge.creep_percent;
         let gauges = self.gauges;
+        let bent = residual.map(|residual| free + crept - residual);
+        let gauge_crept = self.gauge_creep.step(bent);
         let strain = std::array::from_fn(|i| {
-            let strain = free - residual[i];
-            let shown = strain + creep * self.creep[i].step(strain);
+            let shown = bent[i] + gauge_crept[i];
             (gauges[i].gain * shown + gauges[i].offset_ue) as f32
         });
         self.sensors.frame(

@@ -27,6 +27,8 @@ pub struct FingerParameters {
     pub inflation_lag_ms: f64,
     pub deflation_lag_ms: f64,
     pub hysteresis_percent: f64,
+    pub creep_percent: f64,
+    pub creep_time_s: f64,
     pub sliding_friction: f64,
 }
 

@@ -17,7 +17,7 @@ use crate::arm::{ArmState, Profile};
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
 use crate::scenario::{ObjectKind, Scenario};
-use crate::silicone::Silicone;
+use crate::silicone::{Creep, Silicone};
 use crate::world::{Finger, LINKS, Shape, World, WorldConfig};
 
 /// One 12-bit step of a left-aligned code.
@@ -138,7 +138,10 @@ pub struct Plant {
     pressure: Lag,
     silicone: Silicone,
     bending: Swing,
-    creep: [Lag; FINGERS],
+    creep: Creep<LINKS>,
+    gauge_creep: Creep<FINGERS>,
+    /// Angles that the joints of a free finger would have, rad.
+    free_rad: [f64; LINKS],
     disturbance: Disturbance,
     /// Last voltages of the gauge inputs, which an open input keeps for a while.
     gauge_codes: [AdcCode; FINGERS],
@@ -165,7 +168,9 @@ impl Plant {
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
             silicone: Silicone::new(&gripper.hand, chain.max_pressure_kpa()),
             bending: Swing::default(),
-            creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
+            creep: Creep::new(gripper.hand.creep_percent, gripper.hand.creep_time_s),
+            gauge_creep: Creep::new(gripper.gauge.creep_percent, gripper.gauge.creep_time_s),
+            free_rad: [0.0; LINKS],
             disturbance: Disturbance::default(),
             gauge_codes: [AdcCode(0); FINGERS],
             monitor_kpa: 0.0,
@@ -224,11 +229,17 @@ impl Plant {
         let arm = self.profile.at(t_s);
         let inflated_kpa = self.inflate(dac);
         let torques = self.chain.joint_torques_nm(inflated_kpa);
-        self.move_world(&[torques; FINGERS]);
+        let crept = self.creep.step(torques);
+        self.move_world(&[std::array::from_fn(|i| torques[i] + crept[i]); FINGERS]);
 
+        // Creep is slow: only the rest of it swings.
+        let bent_rad = self.chain.joint_angles_rad(self.bending.step(inflated_kpa));
+        let stiffness = self.chain.joint_stiffness_nm_per_rad;
+        self.free_rad = std::array::from_fn(|i| bent_rad[i] + crept[i] / stiffness[i]);
+        let free = self.chain.gauge_strain_ue(&self.free_rad);
         let angles = self.world.joint_angles();
         let strain = angles.map(|angles: [f64; LINKS]| self.chain.gauge_strain_ue(&angles));
-        let free = self.chain.free_strain_ue(self.bending.step(inflated_kpa));
+        let crept = self.gauge_creep.step(strain);
         let stiffness = self.gripper.hand.finger_stiffness;
         Truth {
             t_s,
@@ -236,7 +247,7 @@ impl Plant {
             object_m: self.world.object_position(),
             pressure_kpa: self.pressure_kpa(),
             residual_ue: std::array::from_fn(|i| free / stiffness[i] - strain[i]),
-            strain_ue: self.creep(strain),
+            strain_ue: std::array::from_fn(|i| strain[i] + crept[i]),
             contact_n: self.world.contact_force(),
         }
     }
@@ -288,9 +299,10 @@ impl Plant {
         self.world.joint_angles()
     }
 
-    /// Pressure that a free finger's shape has followed so far, kPa.
-    pub fn followed_kpa(&self) -> f64 {
-        self.bending.value
+    /// Angle that every joint would have if nothing were in its way, rad.
+    pub fn free_joint_angles(&self) -> [[f64; LINKS]; FINGERS] {
+        let stiffness = self.gripper.hand.finger_stiffness;
+        stiffness.map(|factor| self.free_rad.map(|angle| angle / factor))
     }
 
     /// Direction in which the cylinder stands, in the palm's frame, for drawing.
@@ -327,11 +339,6 @@ impl Plant {
         }
         let pressure = self.pressure_kpa();
         self.silicone.step(pressure)
-    }
-
-    fn creep(&mut self, strain_ue: [f64; FINGERS]) -> [f64; FINGERS] {
-        let creep = 0.01 * self.gripper.gauge.creep_percent;
-        std::array::from_fn(|i| strain_ue[i] + creep * self.creep[i].step(strain_ue[i]))
     }
 
     fn measure(&mut self, strain_ue: [f64; FINGERS]) -> RawFrame {

@@ -1,5 +1,5 @@
-//! How the shape of a finger follows its pressure: silicone lags behind, and its inner friction keeps a part of
-//! where it came from.
+//! How the shape of a finger follows its pressure: silicone lags behind, its inner friction keeps a part of where it
+//! came from, and it creeps.
 //!
 //! The friction is a Prandtl-Ishlinskii operator, rate-independent and without drift:
 //!
@@ -71,6 +71,29 @@ impl Silicone {
             left_kpa += *play - kpa;
         }
         kpa + self.weight * left_kpa
+    }
+}
+
+/// Creep: a share of each quantity that follows it late, as in a standard linear solid.
+#[derive(Debug, Clone, Copy)]
+pub struct Creep<const N: usize> {
+    share: f64,
+    lags: [Lag; N],
+}
+
+impl<const N: usize> Creep<N> {
+    /// Creep from rest, of so many percent in the end, with a time constant, s.
+    pub fn new(percent: f64, time_s: f64) -> Self {
+        Self {
+            share: 0.01 * percent,
+            lags: [Lag::new(time_s); N],
+        }
+    }
+
+    /// Advances by one control tick; gives what creep adds to each quantity.
+    pub fn step(&mut self, now: [f64; N]) -> [f64; N] {
+        let share = self.share;
+        std::array::from_fn(|i| share * self.lags[i].step(now[i]))
     }
 }
 
@@ -154,5 +177,14 @@ mod tests {
         {
             assert!((kpa - followed).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn creep_comes_and_leaves_with_its_time_constant() {
+        let mut creep = Creep::new(10.0, 0.2);
+        let mut after_ms = |ms: u32, now: f64| (0..ms).fold(0.0, |_, _| creep.step([now])[0]);
+        assert!((after_ms(200, 50.0) - 5.0 * 0.632).abs() < 0.01);
+        assert!((after_ms(3_000, 50.0) - 5.0).abs() < 0.01);
+        assert!((after_ms(200, 0.0) - 5.0 * 0.368).abs() < 0.01);
     }
 }
