@@ -10,6 +10,7 @@
 
 pub mod fault;
 pub mod gripper;
+pub mod hand;
 pub mod scenario;
 
 pub mod air;

@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant as WallClock};
 
-use finger::chain::Chain;
 use finger::grasp::Grasp;
 use finger::recipe::Recipe;
 use softgrip::settings::Settings;
@@ -15,6 +14,7 @@ use crate::arm::Phase;
 use crate::events::TimedEvent;
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
+use crate::hand::Hand;
 use crate::plant::{Plant, Truth};
 use crate::scenario::Scenario;
 use crate::world::LINKS;
@@ -145,14 +145,14 @@ pub fn controller(table: &'static FingerTable, settings: &Settings) -> anyhow::R
 pub fn run(
     scenario: &Scenario,
     gripper: &Gripper,
-    chain: &Chain,
+    hand: &Hand,
     grasp: &Grasp,
     mut controller: Controller,
     faults: &[Injected],
     mut progress: impl FnMut(f64),
 ) -> Run {
     let start = WallClock::now();
-    let mut plant = Plant::new(scenario, gripper, chain, grasp).with_faults(faults);
+    let mut plant = Plant::new(scenario, gripper, hand, grasp).with_faults(faults);
     let ticks = (plant.profile().duration_s() * 1e6) as u64 / TICK_US;
     let mut samples = Vec::with_capacity(ticks as usize);
     let mut poses = Vec::new();

@@ -12,6 +12,7 @@ use softgrip::table::FingerTable;
 use crate::arm::Profile;
 use crate::fault::Injected;
 use crate::gripper::Gripper;
+use crate::hand::Hand;
 use crate::plant::Plant;
 use crate::run::{self, Run};
 use crate::scenario::{ObjectKind, Scenario};
@@ -23,8 +24,10 @@ pub struct Setup {
     pub scenario: Scenario,
     /// Arm, air and gauges.
     pub gripper: Gripper,
-    /// The finger as a chain of links, the same for all three.
+    /// The recipe's finger as a chain of links.
     pub chain: Chain,
+    /// The fingers as they were cast; none if all three are the recipe's. The controller keeps the recipe's table.
+    pub castings: Option<Hand>,
     /// Positions of the fingers around the object.
     pub grasp: Grasp,
     /// Stiffness of every joint over that of the chain, at the same torques. The controller is
@@ -110,6 +113,18 @@ const fn number(name: &'static str, low: f64, high: f64, set: fn(&mut Setup, f64
 }
 
 impl Setup {
+    /// As [`Self::of`], with the castings of a seed for fingers; seed 0 means that all are the recipe's.
+    ///
+    /// # Errors
+    /// As [`Self::of`] and [`Hand::cast`].
+    pub fn with_castings(recipe: &Recipe, seed: u64) -> anyhow::Result<Self> {
+        let mut setup = Self::of(recipe)?;
+        if seed > 0 {
+            setup.castings = Some(Hand::cast(recipe, seed)?);
+        }
+        Ok(setup)
+    }
+
     /// The default run with the fingers of a recipe, at the pressure at which their controller grips.
     ///
     /// # Errors
@@ -130,6 +145,7 @@ impl Setup {
             },
             gripper: Gripper::reference(),
             chain: recipe.chain.clone(),
+            castings: None,
             grasp,
             stiffness_factor: 1.0,
             faults: Vec::new(),
@@ -147,9 +163,20 @@ impl Setup {
         Settings::for_finger(&FrontEnd::REFERENCE, self.table)
     }
 
+    /// The fingers.
+    pub fn hand(&self) -> Hand {
+        let alike = || Hand::alike(&self.chain);
+        let mut hand = self.castings.clone().unwrap_or_else(alike);
+        for chain in &mut hand.chains {
+            let stiffness = &mut chain.joint_stiffness_nm_per_rad;
+            *stiffness = stiffness.map(|k| self.stiffness_factor * k);
+        }
+        hand
+    }
+
     /// The gripper above the object.
     pub fn plant(&self) -> Plant {
-        Plant::new(&self.scenario, &self.gripper, &self.chain, &self.grasp)
+        Plant::new(&self.scenario, &self.gripper, &self.hand(), &self.grasp)
     }
 
     /// Position and size of the gripped object.
@@ -226,10 +253,6 @@ impl Setup {
     /// If [`Self::check`] refuses the setup.
     pub fn run(&self, progress: impl FnMut(f64)) -> anyhow::Result<Run> {
         self.check()?;
-        let mut chain = self.chain.clone();
-        for stiffness in &mut chain.joint_stiffness_nm_per_rad {
-            *stiffness *= self.stiffness_factor;
-        }
         let mut settings = self.settings();
         settings.finger.free_bend_gain = [(1.0 / self.stiffness_factor) as f32; 3];
         // The simulated robot speaks in every tick.
@@ -238,7 +261,7 @@ impl Setup {
         Ok(run::run(
             &self.scenario,
             &self.gripper,
-            &chain,
+            &self.hand(),
             &self.grasp,
             controller,
             &self.faults,

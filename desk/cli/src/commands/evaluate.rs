@@ -13,7 +13,7 @@ use report::files;
 use sim::setup::Setup;
 
 use super::output::{out, outln};
-use super::{Output, in_parallel, load_recipe, progress_bar, within};
+use super::{Castings, Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
 pub struct EvaluateArgs {
@@ -46,6 +46,8 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
     #[command(flatten)]
+    castings: Castings,
+    #[command(flatten)]
     output: Output,
     /// Threads [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -54,7 +56,8 @@ pub struct EvaluateArgs {
 
 pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
-    let base = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    let recipe = load_recipe(args.recipe.as_deref())?;
+    let base = Setup::with_castings(&recipe, args.castings.finger_seed)?;
     evaluation::check(&base)?;
     let options = Options {
         seed: args.seed,
