@@ -30,6 +30,7 @@ pub struct FingerParameters {
     pub creep_percent: f64,
     pub creep_time_s: f64,
     pub sliding_friction: f64,
+    pub fingers_touch: bool,
 }
 
 /// Parameters of the rigid-body engine.

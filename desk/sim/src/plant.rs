@@ -120,7 +120,7 @@ pub fn world_config(
         friction: scenario.friction,
         sliding_friction: parameters.sliding_friction * scenario.friction,
         carry_m: 1e-3 * gripper.arm.carry_mm,
-        fingers_touch: false,
+        fingers_touch: parameters.fingers_touch,
         step_s: 1e-3 * gripper.world.step_ms,
     }
 }
