@@ -40,6 +40,7 @@ mod workload;
 pub mod limits;
 
 pub mod evaluation;
+pub mod silicone;
 pub mod statistics;
 pub mod summary;
 

@@ -8,8 +8,10 @@ use clap::Args;
 use evaluate::case::KNOWLEDGE;
 use evaluate::options::Options;
 use evaluate::summary::Summary;
-use evaluate::{alarms, details, evaluation, latency, limits, output, tables};
+use evaluate::{alarms, details, evaluation, latency, limits, output, silicone, tables};
+use finger::recipe::Recipe;
 use report::files;
+use sim::hand::Hand;
 use sim::setup::Setup;
 
 use super::output::{out, outln};
@@ -39,6 +41,10 @@ pub struct EvaluateArgs {
     /// Only what held objects reach and what lost ones reach of everything that the detector has a limit for.
     #[arg(long, conflicts_with_all = ["only", "slowest"])]
     limits: bool,
+    /// Only what each imperfection of real fingers costs: slower deflation, hysteresis, creep, fingers that touch, and
+    /// the castings of --finger-seed or, without it, of seed 1.
+    #[arg(long, conflicts_with_all = ["only", "slowest", "limits"])]
+    silicone: bool,
     /// Noise of the trace that --only writes, µε rms.
     #[arg(long, value_name = "UE", default_value = "20", requires = "only", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
     noise: f64,
@@ -85,6 +91,9 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     if args.limits {
         return measure_limits(&base, &options, args);
     }
+    if args.silicone {
+        return measure_silicone(&recipe, &base, &options, args);
+    }
     let start = Instant::now();
     let bar = progress_bar(evaluation::steps(&options), "losses and seconds");
     let evaluation = in_parallel(args.jobs, || {
@@ -111,6 +120,34 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     outln!("{:.0} s", start.elapsed().as_secs_f64());
     if let Some(dir) = out {
         outln!("report: {}/report.html", dir.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measure_silicone(
+    recipe: &Recipe,
+    base: &Setup,
+    options: &Options,
+    args: &EvaluateArgs,
+) -> anyhow::Result<ExitCode> {
+    let castings = match &base.castings {
+        Some(castings) => castings.clone(),
+        None => Hand::cast(recipe, 1)?,
+    };
+    let bar = progress_bar(silicone::steps(options), "losses and seconds");
+    let costs = in_parallel(args.jobs, || {
+        silicone::measure(base, &castings, options, &|steps| bar.inc(steps))
+    })??;
+    bar.finish_and_clear();
+    let json = serde_json::to_string(&costs)?;
+    if let Some(dir) = args.output.directory()? {
+        files::write(dir, "silicone.json", json.as_bytes())?;
+    }
+    if args.output.json {
+        outln!("{json}");
+    } else {
+        let table = silicone::table(&costs);
+        outln!("{}\n{}", table.text(), table.note);
     }
     Ok(ExitCode::SUCCESS)
 }
