@@ -9,6 +9,7 @@ use finger::recipe;
 use rigless::time::VirtualNanos;
 use sim::events::TimedEvent;
 use sim::gripper::Gripper;
+use sim::hand::Hand;
 use sim::plant::{Pins, Plant, Truth};
 use sim::run::{POSE_TICKS, Pose, Run, Sample};
 use sim::scenario::Scenario;
@@ -80,7 +81,7 @@ impl Loop {
     /// The gripper above an object.
     pub fn new(scenario: &Scenario, (chain, grasp): &(Chain, Grasp)) -> Self {
         Self {
-            plant: Plant::new(scenario, &Gripper::reference(), chain, grasp),
+            plant: Plant::new(scenario, &Gripper::reference(), &Hand::alike(chain), grasp),
             truths: Vec::new(),
             poses: Vec::new(),
             gripped: false,

@@ -13,7 +13,9 @@ pub struct About {
     /// Program, finger and settings.
     #[serde(flatten)]
     pub provenance: Provenance,
-    /// Seed of all random numbers.
+    /// Seed of the fingers' tolerances; 0 where all are the recipe's.
+    pub finger_seed: u64,
+    /// Seed of all other random numbers.
     pub seed: u64,
     /// Number of true losses for each class of calibration.
     pub losses: usize,
@@ -23,9 +25,10 @@ pub struct About {
 
 impl About {
     /// Of an evaluation with these options.
-    pub fn new(options: &Options, provenance: Provenance) -> Self {
+    pub fn new(options: &Options, provenance: Provenance, finger_seed: u64) -> Self {
         Self {
             provenance,
+            finger_seed,
             seed: options.seed,
             losses: options.losses,
             hours: options.hours,

@@ -241,8 +241,11 @@ impl Case {
         let holds_n = draw.grip(&mut setup, table);
         let stiffness: [f64; FINGERS] = std::array::from_fn(|_| draw.between(0.95, 1.05));
         let gauge_gain = std::array::from_fn(|_| draw.between(0.95, 1.05));
+        let swept = setup.hand().free_bend_gain(&setup.chain);
         let free_bend_gain = std::array::from_fn(|i| match knowledge {
-            Knowledge::Calibrated => gauge_gain[i] / stiffness[i] * draw.between(0.99, 1.01),
+            Knowledge::Calibrated => {
+                gauge_gain[i] * swept[i] / stiffness[i] * draw.between(0.99, 1.01)
+            }
             Knowledge::Uncalibrated => 1.0,
         });
         draw.gripper(&mut setup.gripper, stiffness);

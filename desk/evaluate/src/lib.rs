@@ -46,6 +46,7 @@ pub mod limits;
 
 pub mod evaluation;
 pub mod part;
+pub mod silicone;
 pub mod work;
 
 pub mod statistics;

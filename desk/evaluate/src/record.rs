@@ -31,6 +31,8 @@ pub struct Tick {
     pub pressure_kpa: f32,
     /// True residual, summed over the fingers, µε.
     pub residual_ue: f32,
+    /// Normal force on the object, summed over the fingers, N.
+    pub contact_n: f32,
     /// Displacement of the object relative to the palm since the lift began, mm.
     pub moved_mm: f32,
     /// Distance that the object has slid along the fingers since the lift began, mm.
@@ -50,9 +52,6 @@ pub struct Recording {
     pub release: Option<usize>,
 }
 
-/// Below this fraction of the plateau the fingers hold nothing.
-const EMPTY: f64 = 0.5;
-
 /// What happened to the object in a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ObjectOutcome {
@@ -60,8 +59,8 @@ pub enum ObjectOutcome {
     Held,
     /// It moved by more than [`GONE_MM`], but the fingers still press on it.
     Displaced,
-    /// It was lost: the true residual sum fell below half of its plateau, which it left, at 90 %, for good at
-    /// this tick.
+    /// It was lost: no finger touches it any more. The true residual sum left 90 % of its plateau for good at this
+    /// tick. It need not fall far: fingers that meet one another keep most of it.
     Lost {
         /// Tick of the onset, as in [`Recording::at`].
         onset: usize,
@@ -117,6 +116,7 @@ impl Recording {
                 strain_ue: truth.strain_ue.map(|ue| ue as f32),
                 pressure_kpa: truth.pressure_kpa as f32,
                 residual_ue: truth.residual_ue.iter().sum::<f64>() as f32,
+                contact_n: truth.contact_n.iter().sum::<f64>() as f32,
                 moved_mm: 1e3 * moved_m as f32,
                 slid_mm: slid_mm as f32,
             });
@@ -199,7 +199,7 @@ impl Recording {
         &self.ticks[tick - 1]
     }
 
-    /// Classifies the recording by its true residuals.
+    /// Classifies the recording by its true state.
     pub fn outcome(&self) -> ObjectOutcome {
         let carried = self.carried();
         let gone = carried.clone().any(|tick| self.at(tick).moved_mm > GONE_MM);
@@ -208,12 +208,10 @@ impl Recording {
         }
         let held = &self.ticks[carried.start - 1..carried.end - 1];
         let sums = held.iter().map(|tick| f64::from(tick.residual_ue));
-        // One that has slid and jams is still held: there is no collapse.
-        let emptied = sums
-            .clone()
-            .any(|sum| sum < EMPTY * f64::from(held[0].residual_ue));
+        // One that has slid and jams is still held.
+        let free = held.last().is_some_and(|tick| tick.contact_n == 0.0);
         match run::collapse_of(sums) {
-            Some(n) if emptied => ObjectOutcome::Lost {
+            Some(n) if free => ObjectOutcome::Lost {
                 onset: carried.start + n,
             },
             _ => ObjectOutcome::Displaced,

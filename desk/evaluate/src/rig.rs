@@ -2,6 +2,7 @@
 //! identification.
 
 use finger::chain::Chain;
+use sim::hand::Hand;
 use sim::plant::world_config;
 use sim::setup::Setup;
 use sim::world::World;
@@ -28,7 +29,8 @@ impl Rig {
         let mut setup = setup.clone();
         // The first finger in the direction of x.
         setup.gripper.hand.first_finger_deg = 0.0;
-        let config = world_config(&setup.scenario, &setup.gripper, &setup.chain, &setup.grasp);
+        let hand = Hand::alike(&setup.chain);
+        let config = world_config(&setup.scenario, &setup.gripper, &hand, &setup.grasp);
         Self {
             world: World::new(&config, [0.0; 3]),
             chain: setup.chain.clone(),

@@ -11,7 +11,7 @@ use crate::case::Case;
 use crate::record::{Recording, Tick};
 
 /// Values that are stored for each tick: the fields of `Tick`.
-const NUMBERS: usize = 7;
+const NUMBERS: usize = 8;
 
 /// Sources of simulator, finger and controller without its detector, and the versions of the engine and of all
 /// else that they are built on (`build.rs`).
@@ -66,6 +66,7 @@ fn bytes(recording: &Recording) -> Vec<u8> {
             c,
             tick.pressure_kpa,
             tick.residual_ue,
+            tick.contact_n,
             tick.moved_mm,
             tick.slid_mm,
         ];
@@ -85,10 +86,20 @@ fn parse(bytes: &[u8]) -> Option<Recording> {
         ticks: ticks
             .iter()
             .map(
-                |&[a, b, c, pressure_kpa, residual_ue, moved_mm, slid_mm]| Tick {
+                |&[
+                    a,
+                    b,
+                    c,
+                    pressure_kpa,
+                    residual_ue,
+                    contact_n,
+                    moved_mm,
+                    slid_mm,
+                ]| Tick {
                     strain_ue: [a, b, c],
                     pressure_kpa,
                     residual_ue,
+                    contact_n,
                     moved_mm,
                     slid_mm,
                 },

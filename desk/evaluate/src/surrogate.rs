@@ -4,6 +4,7 @@
 use rand::Rng;
 use sim::air::{Lag, Swing, Valve};
 use sim::gripper::Gripper;
+use sim::silicone::{Creep, Silicone};
 use softgrip::table::{self, FingerTable};
 use softgrip::units::{DacCode, Kilopascals};
 use softgrip::{FINGERS, RawFrame};
@@ -32,9 +33,10 @@ pub struct Surrogate<R> {
     gripper: Gripper,
     valve: Valve,
     pressure: Lag,
-    inflation: Lag,
+    silicone: Silicone,
     bending: Swing,
-    creep: [Lag; FINGERS],
+    creep: Creep<1>,
+    gauge_creep: Creep<FINGERS>,
     /// The held object, if there is one.
     held: Option<(IdentifiedModel, Held)>,
     /// Errors of each gauge.
@@ -54,9 +56,10 @@ impl<R: Rng> Surrogate<R> {
             table,
             valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            inflation: Lag::new(1e-3 * gripper.hand.inflation_lag_ms),
+            silicone: Silicone::new(&gripper.hand, table.max_pressure_kpa.into()),
             bending: Swing::default(),
-            creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
+            creep: Creep::new(gripper.hand.creep_percent, gripper.hand.creep_time_s),
+            gauge_creep: Creep::new(gripper.gauge.creep_percent, gripper.gauge.creep_time_s),
             held: None,
             gauges,
             gripper: gripper.clone(),
@@ -83,26 +86,29 @@ impl<R: Rng> Surrogate<R> {
             .valve
             .step(regulator, Valve::wanted_kpa(regulator, dac));
         let pressure_kpa = (self.pressure.step(valve_kpa) + ripple_kpa).max(0.0);
-        let inflated_kpa = self.inflation.step(pressure_kpa);
+        let inflated_kpa = self.silicone.step(pressure_kpa);
         let free_at =
             |kpa: f64| f64::from(table::free_strain(self.table, Kilopascals(kpa as f32)).0.0);
         let mut free = free_at(self.bending.step(inflated_kpa));
 
+        // What presses on an object cannot bend any further.
+        let [mut crept] = self.creep.step([free_at(inflated_kpa)]);
         let mut residual = [0.0; FINGERS];
         if let Some((model, held)) = &mut self.held {
             let plateau = model.residual_at(inflated_kpa);
             // A free finger swings; one that presses on something does not.
             let pressing = plateau / (plateau + TOUCH_UE);
             free += pressing * (free_at(inflated_kpa) - free);
+            crept *= 1.0 - pressing;
             let share = plateau / model.residual_at(model.pressure_kpa);
             let change = held.step(acceleration_m_s2);
             residual = change.map(|change| plateau + share * change);
         }
-        let creep = 0.01 * self.gripper.gauge.creep_percent;
         let gauges = self.gauges;
+        let bent = residual.map(|residual| free + crept - residual);
+        let gauge_crept = self.gauge_creep.step(bent);
         let strain = std::array::from_fn(|i| {
-            let strain = free - residual[i];
-            let shown = strain + creep * self.creep[i].step(strain);
+            let shown = bent[i] + gauge_crept[i];
             (gauges[i].gain * shown + gauges[i].offset_ue) as f32
         });
         self.sensors.frame(

@@ -16,7 +16,7 @@ pub struct Gripper {
     pub gauge: GaugeParameters,
 }
 
-/// Position, stiffness, damping and friction of the fingers (`[hand]`).
+/// Position, silicone and friction of the fingers (`[hand]`).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
@@ -25,7 +25,12 @@ pub struct FingerParameters {
     pub finger_stiffness: [f64; 3],
     pub damping_ms: f64,
     pub inflation_lag_ms: f64,
+    pub deflation_lag_ms: f64,
+    pub hysteresis_percent: f64,
+    pub creep_percent: f64,
+    pub creep_time_s: f64,
     pub sliding_friction: f64,
+    pub fingers_touch: bool,
 }
 
 /// Parameters of the rigid-body engine.

@@ -10,10 +10,12 @@
 
 pub mod fault;
 pub mod gripper;
+pub mod hand;
 pub mod scenario;
 
 pub mod air;
 pub mod arm;
+pub mod silicone;
 pub mod world;
 
 pub mod plant;

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use finger::chain::Chain;
 use finger::grasp::Grasp;
 use finger::object::Object;
 use rand::{RngExt, SeedableRng};
@@ -16,7 +15,9 @@ use crate::air::{Lag, Swing, TICK_S, Valve};
 use crate::arm::{ArmState, Profile};
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
+use crate::hand::Hand;
 use crate::scenario::{ObjectKind, Scenario};
+use crate::silicone::{Creep, Silicone};
 use crate::world::{Finger, LINKS, Shape, World, WorldConfig};
 
 /// One 12-bit step of a left-aligned code.
@@ -52,7 +53,7 @@ pub struct Truth {
     pub pressure_kpa: f64,
     /// Contact residual of each finger, without noise, creep and quantisation, µε.
     pub residual_ue: [f64; FINGERS],
-    /// Strain of each gauge with creep, without noise and quantisation, µε.
+    /// Strain under each gauge with creep, without its errors, noise and quantisation, µε.
     pub strain_ue: [f64; FINGERS],
     /// Normal force of each finger on the object, N.
     pub contact_n: [f64; FINGERS],
@@ -82,15 +83,18 @@ pub struct Pins {
 pub fn world_config(
     scenario: &Scenario,
     gripper: &Gripper,
-    chain: &Chain,
+    hand: &Hand,
     grasp: &Grasp,
 ) -> WorldConfig {
-    let hand = &gripper.hand;
-    let fingers = hand.finger_stiffness.map(|factor| Finger {
-        length_m: chain.link_length_m,
-        mass_kg: chain.link_mass_kg,
-        stiffness_nm_rad: chain.joint_stiffness_nm_per_rad.map(|k| factor * k),
-        damping_s: 1e-3 * hand.damping_ms,
+    let parameters = &gripper.hand;
+    let fingers = std::array::from_fn(|i| {
+        let (chain, factor) = (&hand.chains[i], parameters.finger_stiffness[i]);
+        Finger {
+            length_m: chain.link_length_m,
+            mass_kg: chain.link_mass_kg,
+            stiffness_nm_rad: chain.joint_stiffness_nm_per_rad.map(|k| factor * k),
+            damping_s: 1e-3 * parameters.damping_ms,
+        }
     });
     let gripped = match scenario.object {
         ObjectKind::Sphere => grasp.sphere,
@@ -109,14 +113,14 @@ pub fn world_config(
         fingers,
         link_radius_m: grasp.link_radius_m,
         palm_radius_m: grasp.palm_radius_m,
-        first_finger_rad: TAU * hand.first_finger_deg / 360.0,
+        first_finger_rad: TAU * parameters.first_finger_deg / 360.0,
         shape,
         mass_kg: scenario.mass_kg,
         grasp_depth_m: gripped.depth_m,
         friction: scenario.friction,
-        sliding_friction: hand.sliding_friction * scenario.friction,
+        sliding_friction: parameters.sliding_friction * scenario.friction,
         carry_m: 1e-3 * gripper.arm.carry_mm,
-        fingers_touch: false,
+        fingers_touch: parameters.fingers_touch,
         step_s: 1e-3 * gripper.world.step_ms,
     }
 }
@@ -126,7 +130,7 @@ pub struct Plant {
     world: World,
     profile: Profile,
     gripper: Gripper,
-    chain: Chain,
+    hand: Hand,
     front_end: FrontEnd,
     noise_ue: f64,
     rng: ChaCha8Rng,
@@ -135,9 +139,12 @@ pub struct Plant {
     steps: u64,
     valve: Valve,
     pressure: Lag,
-    inflation: Lag,
+    silicone: Silicone,
     bending: Swing,
-    creep: [Lag; FINGERS],
+    creep: [Creep<LINKS>; FINGERS],
+    gauge_creep: Creep<FINGERS>,
+    /// Angles that the joints would have if nothing were in their way, rad.
+    free_rad: [[f64; LINKS]; FINGERS],
     disturbance: Disturbance,
     /// Last voltages of the gauge inputs, which an open input keeps for a while.
     gauge_codes: [AdcCode; FINGERS],
@@ -148,13 +155,14 @@ pub struct Plant {
 
 impl Plant {
     /// A gripper above an object, without pressure.
-    pub fn new(scenario: &Scenario, gripper: &Gripper, chain: &Chain, grasp: &Grasp) -> Self {
+    pub fn new(scenario: &Scenario, gripper: &Gripper, hand: &Hand, grasp: &Grasp) -> Self {
         let profile = Profile::new(&gripper.arm_task(scenario.accel_m_s2));
-        let config = world_config(scenario, gripper, chain, grasp);
+        let config = world_config(scenario, gripper, hand, grasp);
+        let max_kpa = hand.chains[0].max_pressure_kpa();
         Self {
             world: World::new(&config, profile.at(0.0).position_m),
             profile,
-            chain: chain.clone(),
+            hand: hand.clone(),
             front_end: FrontEnd::REFERENCE,
             noise_ue: scenario.noise_ue,
             rng: ChaCha8Rng::seed_from_u64(scenario.seed),
@@ -162,9 +170,11 @@ impl Plant {
             steps: 0,
             valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
-            inflation: Lag::new(1e-3 * gripper.hand.inflation_lag_ms),
+            silicone: Silicone::new(&gripper.hand, max_kpa),
             bending: Swing::default(),
-            creep: [Lag::new(gripper.gauge.creep_time_s); FINGERS],
+            creep: [Creep::new(gripper.hand.creep_percent, gripper.hand.creep_time_s); FINGERS],
+            gauge_creep: Creep::new(gripper.gauge.creep_percent, gripper.gauge.creep_time_s),
+            free_rad: [[0.0; LINKS]; FINGERS],
             disturbance: Disturbance::default(),
             gauge_codes: [AdcCode(0); FINGERS],
             monitor_kpa: 0.0,
@@ -188,7 +198,7 @@ impl Plant {
     /// measured, and the truth.
     pub fn step(&mut self, dac: DacCode) -> (RawFrame, Truth) {
         let truth = self.advance(dac);
-        (self.measure(truth.strain_ue), truth)
+        (self.measure(self.shown(truth.strain_ue)), truth)
     }
 
     /// As [`Plant::step`], but gives what stands at the pins of a converter of its own. Faults of wires and
@@ -199,7 +209,7 @@ impl Plant {
         let noise_ue = self.noise_ue;
         let monitor_noise = self.gripper.regulator.monitor_noise_kpa;
         let pins = Pins {
-            gauges: truth.strain_ue.map(|strain| {
+            gauges: self.shown(truth.strain_ue).map(|strain| {
                 self.share(noise_ue, |ue| front_end.gauge_code(Microstrain(ue)), strain)
             }),
             monitor: self.share(
@@ -222,22 +232,45 @@ impl Plant {
         let t_s = self.t_s();
         let arm = self.profile.at(t_s);
         let inflated_kpa = self.inflate(dac);
-        let torques = self.chain.joint_torques_nm(inflated_kpa);
-        self.move_world(&[torques; FINGERS]);
+        let torques = self.drive(inflated_kpa);
+        self.move_world(&torques);
 
         let angles = self.world.joint_angles();
-        let strain = angles.map(|angles: [f64; LINKS]| self.chain.gauge_strain_ue(&angles));
-        let free = self.chain.free_strain_ue(self.bending.step(inflated_kpa));
-        let stiffness = self.gripper.hand.finger_stiffness;
+        let gauge = |i: usize, angles: &[_; LINKS]| self.hand.chains[i].gauge_strain_ue(angles);
+        let strain = std::array::from_fn(|i| gauge(i, &angles[i]));
+        let free: [f64; FINGERS] = std::array::from_fn(|i| gauge(i, &self.free_rad[i]));
+        let crept = self.gauge_creep.step(strain);
         Truth {
             t_s,
             arm,
             object_m: self.world.object_position(),
             pressure_kpa: self.pressure_kpa(),
-            residual_ue: std::array::from_fn(|i| free / stiffness[i] - strain[i]),
-            strain_ue: self.creep(strain),
+            residual_ue: std::array::from_fn(|i| free[i] - strain[i]),
+            strain_ue: std::array::from_fn(|i| strain[i] + crept[i]),
             contact_n: self.world.contact_force(),
         }
+    }
+
+    /// Torque at every joint, N·m, for a pressure that the silicone has followed; moves the free finger along.
+    fn drive(&mut self, inflated_kpa: f64) -> [[f64; LINKS]; FINGERS] {
+        let swung_kpa = self.bending.step(inflated_kpa);
+        std::array::from_fn(|i| {
+            let (chain, factor) = (&self.hand.chains[i], self.gripper.hand.finger_stiffness[i]);
+            let torque = chain.joint_torques_nm(inflated_kpa);
+            let crept = self.creep[i].step(torque);
+            // Creep is slow: only the rest of it swings.
+            let bent = chain.joint_torques_nm(swung_kpa);
+            let stiffness = chain.joint_stiffness_nm_per_rad;
+            self.free_rad[i] =
+                std::array::from_fn(|j| (bent[j] + crept[j]) / (factor * stiffness[j]));
+            std::array::from_fn(|j| torque[j] + crept[j])
+        })
+    }
+
+    /// What the gauges show of these strains, µε.
+    fn shown(&self, strain_ue: [f64; FINGERS]) -> [f64; FINGERS] {
+        let (gain, offset_ue) = (self.hand.gauge_gain, self.hand.gauge_offset_ue);
+        std::array::from_fn(|i| gain[i] * strain_ue[i] + offset_ue[i])
     }
 
     fn t_s(&self) -> f64 {
@@ -287,9 +320,9 @@ impl Plant {
         self.world.joint_angles()
     }
 
-    /// Pressure that a free finger's shape has followed so far, kPa.
-    pub fn followed_kpa(&self) -> f64 {
-        self.bending.value
+    /// Angle that every joint would have if nothing were in its way, rad.
+    pub fn free_joint_angles(&self) -> [[f64; LINKS]; FINGERS] {
+        self.free_rad
     }
 
     /// Direction in which the cylinder stands, in the palm's frame, for drawing.
@@ -325,12 +358,7 @@ impl Plant {
             self.pressure.value = self.pressure.value.min(before);
         }
         let pressure = self.pressure_kpa();
-        self.inflation.step(pressure)
-    }
-
-    fn creep(&mut self, strain_ue: [f64; FINGERS]) -> [f64; FINGERS] {
-        let creep = 0.01 * self.gripper.gauge.creep_percent;
-        std::array::from_fn(|i| strain_ue[i] + creep * self.creep[i].step(strain_ue[i]))
+        self.silicone.step(pressure)
     }
 
     fn measure(&mut self, strain_ue: [f64; FINGERS]) -> RawFrame {

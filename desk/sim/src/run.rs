@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant as WallClock};
 
-use finger::chain::Chain;
 use finger::grasp::Grasp;
 use finger::recipe::Recipe;
 use softgrip::settings::Settings;
@@ -15,6 +14,7 @@ use crate::arm::Phase;
 use crate::events::TimedEvent;
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
+use crate::hand::Hand;
 use crate::plant::{Plant, Truth};
 use crate::scenario::Scenario;
 use crate::world::LINKS;
@@ -145,14 +145,14 @@ pub fn controller(table: &'static FingerTable, settings: &Settings) -> anyhow::R
 pub fn run(
     scenario: &Scenario,
     gripper: &Gripper,
-    chain: &Chain,
+    hand: &Hand,
     grasp: &Grasp,
     mut controller: Controller,
     faults: &[Injected],
     mut progress: impl FnMut(f64),
 ) -> Run {
     let start = WallClock::now();
-    let mut plant = Plant::new(scenario, gripper, chain, grasp).with_faults(faults);
+    let mut plant = Plant::new(scenario, gripper, hand, grasp).with_faults(faults);
     let ticks = (plant.profile().duration_s() * 1e6) as u64 / TICK_US;
     let mut samples = Vec::with_capacity(ticks as usize);
     let mut poses = Vec::new();
@@ -293,7 +293,20 @@ impl Run {
             .count()
     }
 
-    /// The controller's mistake as text; none if it made none.
+    /// Whether fingers press on the object when the robot lets go of it, wherever it has moved to.
+    fn kept(&self) -> bool {
+        let release = self
+            .samples
+            .iter()
+            .position(|s| s.truth.arm.phase == Phase::Release);
+        release.is_some_and(|n| {
+            let [first, second, third] = self.samples[n].truth.contact_n;
+            first + second + third > 0.0
+        })
+    }
+
+    /// The controller's mistake as text; none if it made none. An object that has moved but stays in the fingers counts
+    /// neither way, as in `softgrip evaluate`.
     pub fn mistake(&self) -> Option<String> {
         let lost = self.lost_reports();
         match self.slid_at_s {
@@ -305,7 +318,7 @@ impl Run {
                 "the object fell once, but lost was reported {lost} times"
             )),
             Some(slid_at_s) if !self.faults.is_empty() => self.mistake_with_faults(slid_at_s),
-            Some(_) if lost == 1 => None,
+            Some(_) if lost == 1 || self.kept() => None,
             Some(_) => Some("the object fell once, but lost was reported 0 times".into()),
         }
     }
@@ -349,7 +362,7 @@ impl Run {
             None if !aired && held && !heard(f64::INFINITY) => {
                 Some("the air was gone, and nothing was reported".into())
             }
-            None if aired && !heard(slid_at_s) => {
+            None if aired && !heard(slid_at_s) && !self.kept() => {
                 Some("the object fell once, but lost was reported 0 times".into())
             }
             None => None,

@@ -12,6 +12,7 @@ use softgrip::table::FingerTable;
 use crate::arm::Profile;
 use crate::fault::Injected;
 use crate::gripper::Gripper;
+use crate::hand::Hand;
 use crate::plant::Plant;
 use crate::run::{self, Run};
 use crate::scenario::{ObjectKind, Scenario};
@@ -23,8 +24,10 @@ pub struct Setup {
     pub scenario: Scenario,
     /// Arm, air and gauges.
     pub gripper: Gripper,
-    /// The finger as a chain of links, the same for all three.
+    /// The recipe's finger as a chain of links.
     pub chain: Chain,
+    /// The fingers as they were cast; none if all three are the recipe's. The controller keeps the recipe's table.
+    pub castings: Option<Hand>,
     /// Positions of the fingers around the object.
     pub grasp: Grasp,
     /// Stiffness of every joint over that of the chain, at the same torques. The controller is
@@ -81,6 +84,10 @@ pub const PARAMETERS: &[Parameter] = &[
     number("hand.first_finger_deg", -360.0, 360.0, |s, x| s.gripper.hand.first_finger_deg = x),
     number("hand.damping_ms", 1.0, 1_000.0, |s, x| s.gripper.hand.damping_ms = x),
     number("hand.inflation_lag_ms", 1.0, 5_000.0, |s, x| s.gripper.hand.inflation_lag_ms = x),
+    number("hand.deflation_lag_ms", 1.0, 5_000.0, |s, x| s.gripper.hand.deflation_lag_ms = x),
+    number("hand.hysteresis_percent", 0.0, 20.0, |s, x| s.gripper.hand.hysteresis_percent = x),
+    number("hand.creep_percent", 0.0, 50.0, |s, x| s.gripper.hand.creep_percent = x),
+    number("hand.creep_time_s", 0.01, 10_000.0, |s, x| s.gripper.hand.creep_time_s = x),
     number("hand.sliding_friction", 0.0, 1.0, |s, x| s.gripper.hand.sliding_friction = x),
     number("world.step_ms", 0.1, 5.0, |s, x| s.gripper.world.step_ms = x),
     number("arm.approach_mm", 1.0, 2_000.0, |s, x| s.gripper.arm.approach_mm = x),
@@ -106,6 +113,18 @@ const fn number(name: &'static str, low: f64, high: f64, set: fn(&mut Setup, f64
 }
 
 impl Setup {
+    /// As [`Self::of`], with the castings of a seed for fingers; seed 0 means that all are the recipe's.
+    ///
+    /// # Errors
+    /// As [`Self::of`] and [`Hand::cast`].
+    pub fn with_castings(recipe: &Recipe, seed: u64) -> anyhow::Result<Self> {
+        let mut setup = Self::of(recipe)?;
+        if seed > 0 {
+            setup.castings = Some(Hand::cast(recipe, seed)?);
+        }
+        Ok(setup)
+    }
+
     /// The default run with the fingers of a recipe, at the pressure at which their controller grips.
     ///
     /// # Errors
@@ -126,6 +145,7 @@ impl Setup {
             },
             gripper: Gripper::reference(),
             chain: recipe.chain.clone(),
+            castings: None,
             grasp,
             stiffness_factor: 1.0,
             faults: Vec::new(),
@@ -143,9 +163,20 @@ impl Setup {
         Settings::for_finger(&FrontEnd::REFERENCE, self.table)
     }
 
+    /// The fingers.
+    pub fn hand(&self) -> Hand {
+        let alike = || Hand::alike(&self.chain);
+        let mut hand = self.castings.clone().unwrap_or_else(alike);
+        for chain in &mut hand.chains {
+            let stiffness = &mut chain.joint_stiffness_nm_per_rad;
+            *stiffness = stiffness.map(|k| self.stiffness_factor * k);
+        }
+        hand
+    }
+
     /// The gripper above the object.
     pub fn plant(&self) -> Plant {
-        Plant::new(&self.scenario, &self.gripper, &self.chain, &self.grasp)
+        Plant::new(&self.scenario, &self.gripper, &self.hand(), &self.grasp)
     }
 
     /// Position and size of the gripped object.
@@ -222,10 +253,6 @@ impl Setup {
     /// If [`Self::check`] refuses the setup.
     pub fn run(&self, progress: impl FnMut(f64)) -> anyhow::Result<Run> {
         self.check()?;
-        let mut chain = self.chain.clone();
-        for stiffness in &mut chain.joint_stiffness_nm_per_rad {
-            *stiffness *= self.stiffness_factor;
-        }
         let mut settings = self.settings();
         settings.finger.free_bend_gain = [(1.0 / self.stiffness_factor) as f32; 3];
         // The simulated robot speaks in every tick.
@@ -234,7 +261,7 @@ impl Setup {
         Ok(run::run(
             &self.scenario,
             &self.gripper,
-            &chain,
+            &self.hand(),
             &self.grasp,
             controller,
             &self.faults,

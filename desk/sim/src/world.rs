@@ -317,6 +317,30 @@ mod tests {
     }
 
     #[test]
+    fn fingers_that_close_on_nothing_meet_unless_they_may_pass_through_one_another() {
+        let tips_across_m = |fingers_touch: bool| {
+            let far = WorldConfig {
+                grasp_depth_m: 1.0,
+                fingers_touch,
+                ..sphere(0.15)
+            };
+            let mut world = World::new(&far, [0.0; 3]);
+            for _ in 0..1500 {
+                world.step(&torques(1.0), [0.0; 3]);
+            }
+            let ends = world.link_ends();
+            // How far each tip is from the palm's axis, on its own finger's side.
+            [0, 1, 2].map(|n| {
+                let (tip, root) = (ends[n][LINKS - 1][1], ends[n][0][0]);
+                (tip[0] * root[0] + tip[1] * root[1]) / root[0].hypot(root[1])
+            })
+        };
+        // Three round tips of 4.5 mm around the axis: 2/√3 of it is 5.2 mm.
+        assert!(tips_across_m(true).iter().all(|across| *across > 0.004));
+        assert!(tips_across_m(false).iter().all(|across| *across < -0.004));
+    }
+
+    #[test]
     fn an_object_on_its_fixture_rests_while_the_gripper_comes_down_hard() {
         let profile = Profile::new(&ArmTask {
             acceleration_m_s2: 10.0,

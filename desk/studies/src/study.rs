@@ -4,7 +4,6 @@ pub mod figures;
 pub mod page;
 
 use anyhow::Context;
-use finger::recipe::Recipe;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use sim::run::{Outcome, Run};
@@ -64,9 +63,8 @@ fn setups(base: &Setup) -> Vec<(&'static Experiment, Stated, Setup)> {
 ///
 /// # Errors
 /// If a setup is impossible.
-pub fn run(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Case>> {
-    let setups = setups(&Setup::of(recipe)?);
-    setups
+pub fn run(base: &Setup, done: impl Fn() + Sync) -> anyhow::Result<Vec<Case>> {
+    setups(base)
         .into_par_iter()
         .map(|(experiment, stated, setup)| {
             let run = setup.run(|_| ())?;
@@ -143,8 +141,8 @@ pub const SENSITIVITY_RUNS: u64 =
 ///
 /// # Errors
 /// If a setup is impossible.
-pub fn sensitivity(recipe: &Recipe, done: impl Fn() + Sync) -> anyhow::Result<Vec<Varied>> {
-    let base = setups(&Setup::of(recipe)?);
+pub fn sensitivity(base: &Setup, done: impl Fn() + Sync) -> anyhow::Result<Vec<Varied>> {
+    let base = setups(base);
     let runs: Vec<(Outcome, Option<String>)> = VARIATIONS
         .par_iter()
         .flat_map_iter(|variation| base.iter().map(move |(_, _, setup)| (variation, setup)))
@@ -197,8 +195,8 @@ const SCANS: [Scan; 4] = [
 ///
 /// # Errors
 /// If a setup is impossible.
-pub fn bands(recipe: &Recipe, case: usize) -> anyhow::Result<Vec<Band>> {
-    let (_, _, base) = &setups(&Setup::of(recipe)?)[case];
+pub fn bands(base: &Setup, case: usize) -> anyhow::Result<Vec<Band>> {
+    let (_, _, base) = &setups(base)[case];
     SCANS
         .par_iter()
         .map(|(name, values, apply)| {

@@ -1,6 +1,7 @@
 //! Grasps: the image's verdicts against what really happened, and against the host's controller.
 
 use sim::gripper::Gripper;
+use sim::hand::Hand;
 use sim::run::{self, Outcome as Physics, Run};
 use sim::scenario::{ObjectKind, Scenario};
 use softgrip::frontend::FrontEnd;
@@ -135,7 +136,7 @@ fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
     Ok(run::run(
         scenario,
         &Gripper::reference(),
-        chain,
+        &Hand::alike(chain),
         grasp,
         controller,
         &[],

@@ -13,14 +13,16 @@ use evaluate::options::Options;
 use evaluate::output::{self, Losses};
 use evaluate::part::{self, Part};
 use evaluate::summary::Summary;
-use evaluate::{alarms, details, latency, limits, tables};
+use evaluate::{alarms, details, latency, limits, silicone, tables};
+use finger::recipe::Recipe;
 use report::files;
 use report::provenance::Provenance;
 use report::shard::Shard;
+use sim::hand::Hand;
 use sim::setup::Setup;
 
 use super::output::{out, outln};
-use super::{BUILD, Output, in_parallel, incomplete, load_recipe, progress_bar, within};
+use super::{BUILD, Castings, Output, in_parallel, incomplete, load_recipe, progress_bar, within};
 
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -49,9 +51,13 @@ pub struct EvaluateArgs {
     /// Only what held objects reach and what lost ones reach of everything that the detector has a limit for.
     #[arg(long, conflicts_with_all = ["only", "slowest"])]
     limits: bool,
+    /// Only what each imperfection of real fingers costs: slower deflation, hysteresis, creep, fingers that touch, and
+    /// the castings of --finger-seed or, without it, of seed 1.
+    #[arg(long, conflicts_with_all = ["only", "slowest", "limits"])]
+    silicone: bool,
     /// Only the i-th of n parts, into a folder of its own below --out, which all parts share. An interrupted part
     /// goes on where it was.
-    #[arg(long, value_name = "I/N", conflicts_with_all = ["only", "slowest", "limits", "json"])]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["only", "slowest", "limits", "silicone", "json"])]
     shard: Option<Shard>,
     /// Noise of the trace that --only writes, µε rms.
     #[arg(long, value_name = "UE", default_value = "20", requires = "only", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
@@ -59,6 +65,8 @@ pub struct EvaluateArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
+    #[command(flatten)]
+    castings: Castings,
     #[command(flatten)]
     output: Output,
     /// Threads [default: one per processor].
@@ -92,7 +100,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     }
     let out = args.output.directory()?;
     let recipe = load_recipe(args.recipe.as_deref())?;
-    let base = Setup::of(&recipe)?;
+    let base = Setup::with_castings(&recipe, args.castings.finger_seed)?;
     evaluation::check(&base)?;
     let options = Options {
         seed: args.seed,
@@ -106,10 +114,11 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
         files::prepare(dir)?;
     }
     let provenance = Provenance::new(BUILD, &recipe, &options.settings);
-    let about = About::new(&options, provenance);
+    let about = About::new(&options, provenance, args.castings.finger_seed);
     match (args.only, args.shard, out) {
         (Some(index), ..) => only(&base, &options, index, args.noise, out),
         _ if args.limits => measure_limits(&base, &options, args),
+        _ if args.silicone => measure_silicone(&recipe, &base, &options, args),
         (None, Some(shard), Some(dir)) => run_part(&base, &options, &about, shard, dir, args.jobs),
         _ => whole(&base, &options, &about, out, args),
     }
@@ -226,6 +235,34 @@ fn publish(
         outln!("report: {}/report.html", dir.display());
     }
     Ok(())
+}
+
+fn measure_silicone(
+    recipe: &Recipe,
+    base: &Setup,
+    options: &Options,
+    args: &EvaluateArgs,
+) -> anyhow::Result<ExitCode> {
+    let castings = match &base.castings {
+        Some(castings) => castings.clone(),
+        None => Hand::cast(recipe, 1)?,
+    };
+    let bar = progress_bar(silicone::steps(options), "losses and seconds");
+    let costs = in_parallel(args.jobs, || {
+        silicone::measure(base, &castings, options, &|steps| bar.inc(steps))
+    })??;
+    bar.finish_and_clear();
+    let json = serde_json::to_string(&costs)?;
+    if let Some(dir) = args.output.directory()? {
+        files::write(dir, "silicone.json", json.as_bytes())?;
+    }
+    if args.output.json {
+        outln!("{json}");
+    } else {
+        let table = silicone::table(&costs);
+        outln!("{}\n{}", table.text(), table.note);
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn measure_limits(

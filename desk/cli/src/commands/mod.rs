@@ -49,6 +49,15 @@ impl Output {
     }
 }
 
+/// The option `--finger-seed` of commands that simulate the gripper.
+#[derive(Args, Default)]
+struct Castings {
+    /// Seed of the fingers' tolerances: dimensions, rubber and gauge of each finger are a little off, and the
+    /// controller keeps the recipe's table. 0: all are the recipe's.
+    #[arg(long, value_name = "N", default_value = "0")]
+    finger_seed: u64,
+}
+
 /// This program, in the results that it writes.
 const BUILD: Build = Build {
     version: env!("CARGO_PKG_VERSION"),

@@ -14,7 +14,7 @@ use sim::trace;
 
 use super::output;
 use super::output::outln;
-use super::{Output, load_recipe, object, within};
+use super::{Castings, Output, load_recipe, object, within};
 
 #[derive(Args, Default)]
 pub struct SimArgs {
@@ -42,6 +42,8 @@ pub struct SimArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
+    #[command(flatten)]
+    castings: Castings,
     #[arg(long, value_name = "KIND[:FINGER]@FROM[..UNTIL]", help = fault_help())]
     fault: Vec<Injected>,
     #[command(flatten)]
@@ -51,7 +53,7 @@ pub struct SimArgs {
 pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
     let recipe = load_recipe(args.recipe.as_deref())?;
-    let mut setup = Setup::of(&recipe)?;
+    let mut setup = Setup::with_castings(&recipe, args.castings.finger_seed)?;
     setup.faults = args.fault.clone();
     let mut runs = Vec::new();
     for scenario in scenarios(args, setup.scenario) {

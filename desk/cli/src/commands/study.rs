@@ -7,18 +7,21 @@ use std::time::Instant;
 use clap::Args;
 use report::{files, words};
 use serde_json::Value;
+use sim::setup::Setup;
 use studies::paper;
 use studies::study::{self, Case, page};
 
 use super::output;
 use super::output::outln;
-use super::{Output, in_parallel, load_recipe, progress_bar};
+use super::{Castings, Output, in_parallel, load_recipe, progress_bar};
 
 #[derive(Args)]
 pub struct StudyArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
+    #[command(flatten)]
+    castings: Castings,
     #[command(flatten)]
     output: Output,
     /// Threads [default: one per processor].
@@ -37,14 +40,15 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
     let more = out.map_or(0, |_| study::SENSITIVITY_RUNS);
     let bar = progress_bar(programme + more, "runs");
     let start = Instant::now();
-    let cases = study::run(&recipe, || bar.inc(1))?;
+    let base = Setup::with_castings(&recipe, args.castings.finger_seed)?;
+    let cases = study::run(&base, || bar.inc(1))?;
     let took = start.elapsed().as_secs_f64();
     let list = Value::from_iter(cases.iter().map(Case::json));
     if let Some(dir) = out {
-        let varied = study::sensitivity(&recipe, || bar.inc(1))?;
+        let varied = study::sensitivity(&base, || bar.inc(1))?;
         let edges = (0..cases.len()).filter(|&n| !study::robust(&cases, &varied, n));
         let bands = edges
-            .map(|n| Ok((n, study::bands(&recipe, n)?)))
+            .map(|n| Ok((n, study::bands(&base, n)?)))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let page = page::report(&page::StudyPage {
             recipe: &recipe,

@@ -163,13 +163,10 @@ fn run(setup: &Setup) -> anyhow::Result<Record> {
         }
         kpa = setup.scenario.pressure_kpa.min(kpa + SLEW_KPA);
         dac = FrontEnd::REFERENCE.command(Kilopascals(kpa as f32));
-        let free = setup.chain.joint_angles_rad(plant.followed_kpa());
-        let angles = plant.joint_angles();
-        let fingers = || angles.iter().zip(setup.gripper.hand.finger_stiffness);
+        let (free, angles) = (plant.free_joint_angles(), plant.joint_angles());
         withheld_rad.push(std::array::from_fn(|i| {
-            fingers()
-                .map(|(finger, stiffness)| free[i] / stiffness - finger[i])
-                .sum()
+            let fingers = free.iter().zip(&angles);
+            fingers.map(|(free, finger)| free[i] - finger[i]).sum()
         }));
         places.push(truth.object_m);
     }

@@ -247,7 +247,6 @@ fn limits() -> Markup {
         ul {
             li { "Each finger is a chain of six rigid links on springs, as in the paper, not a continuum; contact is that of round links with the object, not of soft skin." }
             li { "Friction is Coulomb friction with one coefficient. The paper states 0.8 and 0.75 without a law between them; the row “friction 0.75 while sliding” above uses the second where the surfaces slide faster than 1 mm/s." }
-            li { "The simulated fingers pass through one another where they close on nothing. Real fingers touch, so an empty close looks different on a real gripper." }
             li { "Palm radius, grasp depth, jerk ramp, damping and the heights and lengths of the moves are not in the paper. They were chosen to reproduce the stated outcomes; the table above shows how sensitive that is." }
             li { "The gauges' place and distance from the neutral axis are not in the paper either, so strains have the right course and a free scale. The paper's curves are pictures without numbers, and are not drawn here." }
             li { "Noise is white and small; drift with temperature, leaks and cables are not simulated. Regulator, lags and creep are stated in desk/sim/gripper.toml and are not fitted to any outcome." }
