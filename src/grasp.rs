@@ -14,10 +14,13 @@
 //! *Lost* is latched beside the state: it outlives a release and stands until it is acknowledged.
 //! What a fault leaves in the grip is watched on, where the gauges can still tell.
 
+mod approach;
 mod failures;
 mod obey;
 mod settings;
 mod state;
+
+use approach::Approach;
 
 use crate::air::Air;
 use crate::command::{Answer, Command, Motion, Payload, Refusal};
@@ -72,6 +75,7 @@ pub struct Supervisor {
     /// When the robot last said something; unknown before the first tick.
     heard: Option<Instant>,
     touched: [bool; FINGERS],
+    approach: Approach,
     /// Fingers that touched when the hold was recognised.
     carrying: [bool; FINGERS],
     failed: [bool; FINGERS],
@@ -104,6 +108,7 @@ impl Supervisor {
             slipping: false,
             heard: None,
             touched: [false; FINGERS],
+            approach: Approach::unseen(),
             carrying: [false; FINGERS],
             failed: [false; FINGERS],
             supply_ticks: 0,
@@ -173,6 +178,9 @@ impl Supervisor {
         }
         self.report_gauges(situation.reading, events);
         self.report_zero(situation, events);
+        if !self.state.is_holding() {
+            self.approach.step(situation.contact, table);
+        }
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
         let latched = self.state.fault();
         let cause = self.find_fault(now, situation, active);
@@ -273,8 +281,9 @@ impl Supervisor {
         events: &mut Events,
     ) {
         let (gripping, needed) = match purpose {
-            Purpose::Grip => (contact.gripping_count(), FINGERS_OF_A_GRIP),
-            Purpose::Regrip => (contact.touching_count(), FINGERS_OF_A_GRIP),
+            // What they touch is one another.
+            Purpose::Grip if self.approach.is_free(contact) => (0, FINGERS_OF_A_GRIP),
+            Purpose::Grip | Purpose::Regrip => (contact.touching_count(), FINGERS_OF_A_GRIP),
             // What two fingers hold is still held when the gauge of one of them fails.
             Purpose::Change => (
                 contact.touching_count(),

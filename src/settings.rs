@@ -93,7 +93,7 @@ impl Settings {
         Ok(Active {
             front_end: *front_end,
             air: self.air.validate()?,
-            finger: self.finger.validate()?,
+            finger: self.finger.validate(table.max_pressure_kpa)?,
             detection: self.detection.validate()?,
             grip: self.grip.validate(regulator.max_pressure, ceiling_kpa)?,
             regulator,

@@ -111,6 +111,26 @@ pub fn pressure_for_strain(table: &FingerTable, strain: Microstrain) -> (Kilopas
     inverse(table, &table.rows, strain.0, |row| row.free_strain_ue)
 }
 
+/// Bend of the finger whose gauge shows `strain` while it is free; that of the first or the last row beyond them.
+pub fn bend_for_strain(table: &FingerTable, strain: Microstrain) -> Degrees {
+    let above = rows_up_to(&table.rows, strain.0, |row| row.free_strain_ue);
+    Degrees(
+        match table
+            .rows
+            .get(above.saturating_sub(1)..)
+            .unwrap_or_default()
+        {
+            [low, high, ..] if above > 0 => {
+                let share =
+                    (strain.0 - low.free_strain_ue) / (high.free_strain_ue - low.free_strain_ue);
+                low.tip_angle_deg + share * (high.tip_angle_deg - low.tip_angle_deg)
+            }
+            [row, ..] => row.tip_angle_deg,
+            [] => 0.0,
+        },
+    )
+}
+
 /// A place between two rows.
 #[derive(Debug, Clone, Copy)]
 struct Place {
@@ -149,6 +169,11 @@ fn between(table: &FingerTable, place: Place, column: impl Fn(&Row) -> f32) -> f
     }
 }
 
+/// How many rows have no more than this in a rising column.
+fn rows_up_to(rows: &[Row], value: f32, column: impl Fn(&Row) -> f32) -> usize {
+    rows.partition_point(|row| column(row) <= value)
+}
+
 /// Inverts a rising column of the first `rows`; its search takes seven steps.
 fn inverse(
     table: &FingerTable,
@@ -157,7 +182,7 @@ fn inverse(
     column: impl Fn(&Row) -> f32,
 ) -> (Kilopascals, Range) {
     let step = table.max_pressure_kpa / (ROWS - 1) as f32;
-    let above = rows.partition_point(|row| column(row) <= value);
+    let above = rows_up_to(rows, value, &column);
     // Never out of range, which the compiler cannot tell of a part of the table.
     match rows.get(above.saturating_sub(1)..).unwrap_or_default() {
         [low, high, ..] if above > 0 => {
@@ -203,6 +228,20 @@ mod tests {
     use crate::frontend::FrontEnd;
     use crate::settings::Settings;
     use proptest::prelude::*;
+
+    #[test]
+    fn the_bend_of_a_strain_is_that_of_the_pressure_of_the_strain() {
+        for ue in [-500.0, 0.0, 120.0, 3_000.0, 9_876.0, 15_000.0, 40_000.0] {
+            let strain = Microstrain(ue);
+            let (pressure, _) = pressure_for_strain(&FINGER, strain);
+            let (bend, _) = bend(&FINGER, pressure);
+            let direct = bend_for_strain(&FINGER, strain);
+            assert!(
+                (direct.0 - bend.0).abs() < 1e-3,
+                "{ue}: {direct:?}, {bend:?}"
+            );
+        }
+    }
 
     #[test]
     fn fits_its_flash_budget() {

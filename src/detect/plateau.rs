@@ -198,7 +198,7 @@ mod tests {
         Contact {
             residual: residual_ue.map(|ue| ue.map(Microstrain)),
             touching: CARRYING,
-            unblocked: [false; FINGERS],
+            mean: None,
             free: Microstrain(free_ue),
             bend: Degrees(60.0),
             range: Range::Inside,

@@ -127,7 +127,7 @@ mod tests {
         let contact = Contact {
             residual: residual_ue.map(|ue| ue.map(Microstrain)),
             touching: [true; FINGERS],
-            unblocked: [false; FINGERS],
+            mean: None,
             free: Microstrain(10_000.0),
             bend: Degrees(60.0),
             range: Range::Inside,

@@ -37,7 +37,7 @@ impl Bench {
         let contact = Contact {
             residual: shares.map(|share| share.map(|share| Microstrain(share * PLATEAU))),
             touching: [true; 3],
-            unblocked: [false; FINGERS],
+            mean: None,
             free: self.free,
             bend: Degrees(0.0),
             range: Range::Inside,

@@ -50,7 +50,7 @@ impl Bench {
             contact: Contact {
                 residual: [Some(Microstrain(0.0)); FINGERS],
                 touching: [false; FINGERS],
-                unblocked: [false; FINGERS],
+                mean: None,
                 free: Microstrain(0.0),
                 bend: Degrees(0.0),
                 range: Range::Inside,

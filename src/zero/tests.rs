@@ -27,7 +27,7 @@ fn step(zero: &mut Zero, raw_ue: [f32; 3], kpa: f32, idle: bool, start: bool) ->
     let contact = Contact {
         residual: strain.map(|ue| Some(Microstrain(-ue))),
         touching: strain.map(|ue| -ue > CONTACT_UE),
-        unblocked: [false; FINGERS],
+        mean: None,
         free: Microstrain(0.0),
         bend: Degrees(0.0),
         range: Range::Inside,

@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn the_controller_expects_the_swing_of_the_simulated_finger() {
-        let expected_hz = f64::from(Settings::default().finger.bending_hz);
+        let expected_hz = f64::from(Settings::default().finger.silicone.bending_hz);
         assert!((Swing::OMEGA_RAD_PER_S / TAU - expected_hz).abs() < 0.05);
     }
 }

@@ -26,15 +26,19 @@ type Field = (&'static str, f32, f32, fn(&mut Settings) -> &mut f32);
 
 /// Every number of the settings; the grip's pressure comes last, for its limit is another one.
 #[rustfmt::skip]
-const FIELDS: [Field; 22] = [
+const FIELDS: [Field; 26] = [
     ("max_pressure_kpa", 1.0, 160.0, |s| &mut s.regulator.max_pressure_kpa),
     ("regrip_raise_kpa", 0.0, 160.0, |s| &mut s.grip.regrip_raise_kpa),
     ("host_timeout_ms", 0.0, 60_000.0, |s| &mut s.grip.host_timeout_ms),
     ("slew_kpa_per_s", 1.0, 10_000.0, |s| &mut s.regulator.slew_kpa_per_s),
     ("regulator_lag_ms", 1.0, 1_000.0, |s| &mut s.air.regulator_lag_ms),
-    ("inflation_lag_ms", 1.0, 1_000.0, |s| &mut s.finger.inflation_lag_ms),
-    ("bending_hz", 0.1, 50.0, |s| &mut s.finger.bending_hz),
-    ("bending_damping", 0.1, 2.0, |s| &mut s.finger.bending_damping),
+    ("inflation_lag_ms", 1.0, 5_000.0, |s| &mut s.finger.silicone.inflation_lag_ms),
+    ("deflation_lag_ms", 1.0, 5_000.0, |s| &mut s.finger.silicone.deflation_lag_ms),
+    ("hysteresis_percent", 0.0, 25.0, |s| &mut s.finger.silicone.hysteresis_percent),
+    ("creep_percent", 0.0, 25.0, |s| &mut s.finger.silicone.creep_percent),
+    ("creep_time_s", 0.1, 600.0, |s| &mut s.finger.silicone.creep_time_s),
+    ("bending_hz", 0.1, 50.0, |s| &mut s.finger.silicone.bending_hz),
+    ("bending_damping", 0.1, 2.0, |s| &mut s.finger.silicone.bending_damping),
     ("free_bend_gain[0]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[0]),
     ("free_bend_gain[1]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[1]),
     ("free_bend_gain[2]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[2]),
