@@ -4,6 +4,7 @@ use super::liveliness::Liveliness;
 use super::noise::{Gains, Noise};
 use crate::fault::GaugeFault;
 use crate::frontend::FrontEnd;
+use crate::math::root;
 use crate::units::{AdcCode, Microstrain};
 
 /// One gauge in one tick.
@@ -38,6 +39,13 @@ const PERSIST_TICKS: u16 = 3;
 /// A finger that snaps free at high pressure swings beyond the amplifier's range for a moment. It is empty
 /// then, which is what its clipped reading says; a loss is told in that time.
 const CLIP_TICKS: u16 = 15;
+/// Where a free finger shows more than this share of the range, one that is free may leave it: it swings to 1.6 times
+/// that when it snaps, and its weight adds 2 800 µε where the wrist is tilted. Its gauge clips, and is no worse for it.
+const ROOM: f32 = 0.6;
+/// A finger comes there by less than this in a tick, µε, a gauge that breaks by a step. Two measurements differ by this
+/// many standard deviations of their noise once in ten million.
+const STEP_UE: f32 = 600.0;
+const STEP_SIGMAS: f32 = 7.5;
 /// Fastest believable change. A lost object lets the strain run at 140 µε per tick (4 200 µε in 30 ms);
 /// five sigma of the difference of two readings with 400 µε of noise are 2 800 µε.
 const JUMP_UE: f32 = 4_000.0;
@@ -165,7 +173,8 @@ impl Channel {
         } else if code > front_end.gauge_open_above {
             Some(GaugeFault::Open)
         } else if raw_ue.abs() > front_end.gauge_full_scale.0 {
-            Some(GaugeFault::Saturated)
+            // A code that stays is no sign of a gauge that is stuck here.
+            (!self.swings_out(raw_ue, free_strain, front_end)).then_some(GaugeFault::Saturated)
         } else if self.liveliness.is_stuck(free_strain) {
             Some(GaugeFault::Stuck)
         } else if jumped {
@@ -175,6 +184,23 @@ impl Channel {
         } else {
             None
         }
+    }
+
+    /// Whether a gauge that clips has got there with its finger.
+    fn swings_out(
+        &self,
+        raw_ue: f32,
+        free_strain: Option<Microstrain>,
+        front_end: &FrontEnd,
+    ) -> bool {
+        let room_ue = ROOM * front_end.gauge_full_scale.0;
+        let may_leave = free_strain.is_some_and(|free| free.0 > room_ue);
+        let was_saturated = matches!(self.suspect, Some((GaugeFault::Saturated, _)));
+        let stepped = self.last_valid.is_none_or(|last| {
+            let noise_ue = root(self.noise.variance());
+            (raw_ue - last).abs() > STEP_UE + STEP_SIGMAS * noise_ue
+        });
+        raw_ue > 0.0 && may_leave && !was_saturated && !stepped
     }
 
     /// Counts for how long something has been wrong; a failure that has been seen ends with its cause.
@@ -226,5 +252,45 @@ impl Channel {
         if let Some(last) = self.last_valid {
             self.noise.measure(raw - last, self.is_warm(), gains);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FE: FrontEnd = FrontEnd::REFERENCE;
+
+    /// The tick, from one, in which a gauge fails that rises from 17 000 µε by `per_tick_ue` until it clips, where a
+    /// free finger shows `free_ue`.
+    fn fails_after(per_tick_ue: f32, free_ue: f32) -> Option<(u32, GaugeFault)> {
+        let gains = Gains::every_tick();
+        let mut channel = Channel::NEW;
+        let mut measure = |ue: f32, free_ue: f32| {
+            let code = AdcCode(FE.gauge_code(Microstrain(ue)) as u16);
+            channel.step(code, &FE, 0.0, Some(Microstrain(free_ue)), &gains)
+        };
+        for tick in 0..1_000 {
+            let flicker = if tick % 2 == 0 { 15.0 } else { -15.0 };
+            measure(17_000.0 + flicker, free_ue);
+        }
+        (1..=400).find_map(|tick| {
+            let ue = 17_000.0 + per_tick_ue * tick as f32;
+            match measure(ue, free_ue) {
+                Gauge::Failed(fault) => Some((tick, fault)),
+                Gauge::Valid(_) | Gauge::Missing => None,
+            }
+        })
+    }
+
+    #[test]
+    fn a_gauge_clips_with_a_finger_that_is_free_at_high_pressure() {
+        assert_eq!(fails_after(200.0, 15_000.0), None);
+        // At low pressure no finger bends so far: 15 ticks after the first beyond the range.
+        let far = fails_after(200.0, 11_000.0);
+        assert_eq!(far, Some((16 + 14, GaugeFault::Saturated)));
+        // Nor does one by a step.
+        let stepped = fails_after(3_500.0, 15_000.0);
+        assert_eq!(stepped, Some((15, GaugeFault::Saturated)));
     }
 }

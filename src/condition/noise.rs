@@ -12,10 +12,11 @@ const JITTER_MS: f32 = 4.0;
 /// Noise has suddenly grown when it exceeds its usual variance by this factor: an average over eight samples
 /// does so once in ten thousand by itself.
 const OUTBREAK: f32 = 4.0;
-/// That holds for measurements up to so many ticks apart, as [`JUMP_UE`](super::channel) does.
-const NEAR_TICKS: f32 = 10.0;
 /// What a finger that snaps free and swings makes of each tick more, µε: 2 700 in 10 ms, 5 200 in 20.
 const SWING_UE: f32 = 270.0;
+/// What one that snaps off a hard object does, at its fastest, and in all, µε.
+const SNAP_UE: f32 = 330.0;
+const WHOLE_SNAP_UE: f32 = 4_500.0;
 
 /// Gains of the averages, and what may lie between two measurements.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +53,7 @@ impl Gains {
         Self {
             statistics: (spacing * self.statistics).min(1.0),
             weight: spacing,
-            jump_ue: SWING_UE * (spacing - NEAR_TICKS).max(0.0),
+            jump_ue: (SNAP_UE * (spacing - 1.0)).min(WHOLE_SNAP_UE),
             swing_ue: SWING_UE * (spacing - 1.0),
             ..self
         }
@@ -210,8 +211,8 @@ mod tests {
     #[test]
     fn measurements_further_apart_weigh_more_and_may_differ_by_a_swing() {
         let gains = Gains::every_tick().over(20.0);
-        assert_eq!(gains.jump_ue, 2_700.0);
-        assert_eq!(Gains::every_tick().over(10.0).jump_ue, 0.0);
+        assert_eq!(gains.jump_ue, 4_500.0);
+        assert_eq!(Gains::every_tick().over(10.0).jump_ue, 2_970.0);
         // A swing of 19 ticks is no burst, what is beyond it is.
         let mut noise = Noise::NONE;
         noise.measure(19.0 * SWING_UE, true, &gains);

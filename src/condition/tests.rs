@@ -399,9 +399,9 @@ fn a_jump_counts_from_the_last_strain_whatever_that_was() {
 }
 
 #[test]
-fn measurements_20_ticks_apart_may_differ_by_a_swing_more() {
-    // 2 700 µε for the ten ticks beyond the first ten, beyond the 4 000 of a jump.
-    for (to_ue, is_believed) in [(6_600.0, true), (6_800.0, false)] {
+fn measurements_20_ticks_apart_may_differ_by_a_snap_more() {
+    // 4 500 µε beyond the 4 000 of a jump.
+    for (to_ue, is_believed) in [(8_400.0, true), (8_600.0, false)] {
         let mut conditioner = Conditioner::new();
         warm(&mut conditioner, &frame([0.0; 3]));
         for _ in 0..19 {
