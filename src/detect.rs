@@ -335,11 +335,11 @@ impl Hold {
         let quick_fall = self
             .collapse
             .step(&shares, &self.level, smoothing, tightens, limits);
-        let slow_fall = slow::fall(&shares);
+        let slow_fall = slow::fall(&shares, &lately);
         let quick = quick_fall - active.loss_allowance - limits.quick_allowance;
         let slow = slow_fall - limits.slow_allowance;
         let collapse = larger(quick, slow);
-        let one_sided = self.one_sided.step(&shares, &lately, smoothing);
+        let one_sided = self.one_sided.step(&shares, &lately, smoothing, limits);
         let (fall, cause) = match one_sided {
             Some(fall) if fall > collapse => (fall, LossCause::OneSided),
             _ if self.one_sided.is_felt() => (collapse, LossCause::Collapse),
@@ -351,7 +351,7 @@ impl Hold {
             steady: !tightens,
             collapse: quick_fall,
             slow: slow_fall,
-            one_sided,
+            one_sided: one_sided.map(|fall| fall + limits.finger_allowance),
             sag,
             excess: fall - sag,
         };

@@ -8,10 +8,14 @@ use crate::units::FINGERS;
 pub struct Limits {
     /// Fastest fall of the reference per second.
     pub held_fall_per_s: f32,
-    /// Fall below the plateau that counts for nothing, however slow.
+    /// Fall below the plateau, and below what the fingers carried lately, that counts for nothing.
     pub slow_allowance: f32,
     /// Quick fall that counts for nothing, beyond that of the settings.
     pub quick_allowance: f32,
+    /// Fall of one finger that counts for nothing: what a push takes that an object withstands.
+    pub finger_allowance: f32,
+    /// A finger that leaves the object has less than this left; knocks at 60 m/s² leave it more.
+    pub emptying: f32,
     /// Share of the settings' limit that makes a slip.
     pub slip: f32,
 }
@@ -20,10 +24,6 @@ pub struct Limits {
 /// tips at 1.2 to 1.48. Slips that an arm's turn caught again raised the sum to 1.2 and the least of the
 /// fingers to 1.06; the way back from there is no loss.
 pub(super) const PASSED: f32 = 1.2;
-/// Fall of one finger that counts for nothing. Pushes that an object withstands take up to half of it.
-pub const FINGER_ALLOWANCE: f32 = 0.55;
-/// A finger that leaves the object has less than this left; knocks at 60 m/s² leave it more.
-pub(super) const EMPTYING: f32 = 0.5;
 /// Fall of the sum that belongs to an object that leaves sideways. Knocks at 60 m/s² that empty a finger by
 /// half take 5 %.
 pub(super) const SIDEWAYS: f32 = 0.07;
@@ -45,6 +45,8 @@ pub static MOVING: Limits = Limits {
     held_fall_per_s: 5.0,
     slow_allowance: 0.18,
     quick_allowance: 0.0,
+    finger_allowance: 0.45,
+    emptying: 0.58,
     slip: 1.0,
 };
 
@@ -53,14 +55,18 @@ pub static STILL: Limits = Limits {
     held_fall_per_s: 2.5,
     slow_allowance: 0.1,
     quick_allowance: 0.0,
+    finger_allowance: 0.45,
+    emptying: 0.58,
     slip: 0.5,
 };
 
-/// What the arm does to two fingers from the side, the third does not balance.
+/// What the arm does to two fingers from the side, the third does not balance: held objects fall by 8.1/s.
 pub static TWO_FINGERS: Limits = Limits {
-    held_fall_per_s: 10.0,
-    slow_allowance: 0.35,
-    quick_allowance: 0.15,
+    held_fall_per_s: 9.0,
+    slow_allowance: 0.24,
+    quick_allowance: 0.08,
+    finger_allowance: 0.44,
+    emptying: 0.53,
     slip: 4.0,
 };
 
@@ -71,9 +77,9 @@ pub struct Signs {
     pub(super) steady: bool,
     /// Fall of the sum below where it was just now.
     pub collapse: f32,
-    /// Fall of all fingers but the emptiest below their plateau.
+    /// Fall of all fingers but the emptiest, below their plateau and below what they carried lately.
     pub slow: f32,
-    /// Fall of the emptiest finger beyond [`FINGER_ALLOWANCE`]; none unless the others feel it.
+    /// Fall of the emptiest finger; none unless the object leaves sideways.
     pub one_sided: Option<f32>,
     /// What of any fall a lower pressure explains.
     pub sag: f32,

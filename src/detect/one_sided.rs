@@ -1,9 +1,9 @@
 //! One-sided loss: an object that leaves sideways empties one finger while it presses on the others.
 //!
-//! A gauge that fades looks like an emptying finger, but the other fingers do not feel it.
+//! A gauge that fades looks like an emptying finger, but the other fingers do not feel it, and it takes seconds.
 
 use super::level::Smoothing;
-use super::limits::{EMPTYING, FINGER_ALLOWANCE, SIDEWAYS};
+use super::limits::{Limits, SIDEWAYS};
 use super::plateau::CALM;
 use super::shares::Shares;
 use crate::math::{root, smaller};
@@ -13,6 +13,14 @@ use crate::math::{root, smaller};
 const FINGER_SIGMAS: f32 = 2.0;
 /// An object that turns in the grip lets the other fingers pass through their plateau on the way.
 const FELT_TICKS: u16 = 50;
+/// A finger that has less than this left of what it carried lately, …
+const EMPTIED: f32 = 0.4;
+/// … and has gone all the way from here …
+const EMPTIES: f32 = 0.75;
+/// … in more time than this, empties, felt by the others or not: a box that turns on its edge rests on them as before,
+/// and takes 60 to 150 ms. A gauge that breaks takes none, and one that comes off with a time constant of 3 s has 0.67
+/// left.
+const EMPTYING_TICKS: u16 = 25;
 
 /// The emptiest finger, and whether the others feel it.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +29,8 @@ pub(super) struct OneSided {
     emptiest: f32,
     /// How much longer the other fingers are taken to feel what the emptiest does.
     felt_ticks: u16,
+    /// Ticks in which it has been emptying.
+    emptying_ticks: u16,
 }
 
 impl OneSided {
@@ -28,16 +38,26 @@ impl OneSided {
     pub const START: Self = Self {
         emptiest: 1.0,
         felt_ticks: 0,
+        emptying_ticks: 0,
     };
 
     /// Fall of the emptiest finger, less what counts for nothing; none unless the object leaves sideways.
     /// `shares` are of the plateau, `lately` of what each finger has carried lately.
-    pub fn step(&mut self, shares: &Shares, lately: &Shares, smoothing: &Smoothing) -> Option<f32> {
+    pub fn step(
+        &mut self,
+        shares: &Shares,
+        lately: &Shares,
+        smoothing: &Smoothing,
+        limits: &Limits,
+    ) -> Option<f32> {
         self.emptiest += smoothing.gain * (lately.emptiest - self.emptiest);
         // Where the emptiest finger will be one averaging time from now: a push against the grip makes it
         // empty too, but comes to rest.
         let ahead = 2.0 * lately.emptiest - self.emptiest;
-        let mut fall = smaller(1.0 - ahead - FINGER_ALLOWANCE, EMPTYING - lately.emptiest);
+        let mut fall = smaller(
+            1.0 - ahead - limits.finger_allowance,
+            limits.emptying - lately.emptiest,
+        );
         if fall > 0.0 {
             fall -= FINGER_SIGMAS * root(lately.emptiest_variance);
         }
@@ -46,7 +66,14 @@ impl OneSided {
             false => self.felt_ticks.saturating_sub(1),
         };
         // A knock from the side presses on the others almost as much as it takes away.
-        (self.is_felt() && shares.sum < 1.0 - SIDEWAYS).then_some(fall)
+        if lately.emptiest > EMPTIES {
+            self.emptying_ticks = 0;
+        } else if lately.emptiest > EMPTIED {
+            self.emptying_ticks = self.emptying_ticks.saturating_add(1);
+        }
+        let empties = lately.emptiest < EMPTIED && self.emptying_ticks > EMPTYING_TICKS;
+        let leaves = self.is_felt() || empties;
+        (leaves && shares.sum < 1.0 - SIDEWAYS).then_some(fall)
     }
 
     /// Whether the other fingers feel what the emptiest does. What they do not feel is a gauge that fades.
@@ -58,6 +85,7 @@ impl OneSided {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detect::limits::MOVING;
 
     /// One finger with this share, the others pressed and the sum fallen as by an object that leaves sideways.
     fn leaving(emptiest: f32) -> Shares {
@@ -72,7 +100,7 @@ mod tests {
     fn fall(one_sided: &mut OneSided, shares: &Shares, ticks: u32) -> Option<f32> {
         let smoothing = Smoothing::new();
         (0..ticks)
-            .map(|_| one_sided.step(shares, shares, &smoothing))
+            .map(|_| one_sided.step(shares, shares, &smoothing, &MOVING))
             .last()?
     }
 
@@ -95,32 +123,32 @@ mod tests {
         // 60 % in 150 ms.
         for ms in 1..=150 {
             let shares = leaving(1.0 - 0.004 * ms as f32);
-            let fall = one_sided.step(&shares, &shares, &smoothing);
+            let fall = one_sided.step(&shares, &shares, &smoothing, &MOVING);
             // 0.03 less in 7.5 ticks: what it would be at that place.
             if ms == 120 {
-                assert_close(fall, 0.48 + 0.03 - FINGER_ALLOWANCE);
+                assert_close(fall, 0.48 + 0.03 - MOVING.finger_allowance);
             }
         }
     }
 
     #[test]
     fn a_finger_at_rest_counts_beyond_what_a_push_takes_and_its_noise() {
-        let allowance = FINGER_ALLOWANCE;
+        let allowance = MOVING.finger_allowance;
         let mut noisy = leaving(0.3);
         assert_close(fall_of(&noisy, 200), 0.7 - allowance);
         // Twice its 2 % of noise.
         noisy.emptiest_variance = 4e-4;
         assert_close(fall_of(&noisy, 200), 0.7 - allowance - 0.04);
         // Noise makes no less of what is no fall.
-        noisy.emptiest = 0.46;
-        assert_close(fall_of(&noisy, 200), 0.54 - allowance);
+        noisy.emptiest = 0.56;
+        assert_close(fall_of(&noisy, 200), 0.44 - allowance);
     }
 
     #[test]
-    fn a_finger_that_falls_fast_counts_below_a_half_alone() {
-        for emptiest in [0.6, 0.48] {
+    fn a_finger_that_falls_fast_counts_once_it_is_nearly_half_empty_alone() {
+        for emptiest in [0.65, 0.56] {
             let first = fall_of(&leaving(emptiest), 1);
-            assert_close(first, 0.5 - emptiest);
+            assert_close(first, MOVING.emptying - emptiest);
         }
     }
 
@@ -158,6 +186,20 @@ mod tests {
             };
             let fall = fall_of(&knocked, 1);
             assert_eq!(fall.is_some(), leaves, "{sum}");
+        }
+    }
+
+    #[test]
+    fn a_finger_that_empties_over_many_ticks_is_believed_alone_and_one_that_does_at_once_is_not() {
+        for (per_tick, is_believed) in [(0.01, true), (0.02, false), (0.7, false)] {
+            let (mut one_sided, smoothing) = (OneSided::START, Smoothing::new());
+            let mut last = None;
+            for tick in 0..200 {
+                let mut shares = leaving((1.0 - per_tick * tick as f32).max(0.3));
+                shares.others = 1.0;
+                last = one_sided.step(&shares, &shares, &smoothing, &MOVING);
+            }
+            assert_eq!(last.is_some(), is_believed, "{per_tick}");
         }
     }
 }

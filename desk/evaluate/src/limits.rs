@@ -24,8 +24,8 @@ use crate::workload::{Block, Programme, TICK_S, Workload};
 const NOISE_UE: f64 = 20.0;
 /// Length of one random stream, h.
 const BLOCK_H: f64 = 0.5;
-/// A collapse is over after this time, ms.
-const COLLAPSE_MS: usize = 100;
+/// An object that has moved further against the palm has slipped, and is not one that stays, mm.
+const STAYS_MM: f32 = 6.0;
 /// Runs drawn at a time.
 const BATCH: u64 = 64;
 
@@ -121,17 +121,24 @@ fn runs(base: &Setup, options: &Options, done: &(dyn Fn(u64) + Sync)) -> anyhow:
     Ok(runs)
 }
 
-/// One run in every situation; none if the object was moved but neither held nor lost.
+/// One run in every situation; none if the object was moved but not lost.
 fn run(base: &Setup, options: &Options, index: u64) -> anyhow::Result<Option<Run>> {
     let (case, recording) = latency::prepare(base, options, Knowledge::Calibrated, index)?;
     let (kind, until) = match recording.outcome() {
         ObjectOutcome::Displaced => return Ok(None),
-        ObjectOutcome::Held => (None, recording.carried().end - 1),
-        ObjectOutcome::Lost { onset } => {
+        ObjectOutcome::Held => {
+            let mut carried = recording.carried();
+            let last = carried.end - 1;
+            if carried.any(|tick| recording.at(tick).moved_mm > STAYS_MM) {
+                return Ok(None);
+            }
+            (None, last)
+        }
+        ObjectOutcome::Lost { .. } => {
             let kind = Kind {
                 sideways: case.push.is_some_and(|push| is_sideways(&push)),
             };
-            (Some(kind), onset + COLLAPSE_MS)
+            (Some(kind), recording.ticks.len())
         }
     };
     let mut silent = options.settings;

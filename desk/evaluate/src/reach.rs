@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use softgrip::command::Motion;
-use softgrip::detect::limits::{FINGER_ALLOWANCE, Limits, Signs};
+use softgrip::detect::limits::{Limits, Signs};
 use softgrip::settings::Settings;
 use softgrip::units::AdcCode;
 use softgrip::{FINGERS, RawFrame, TICK_US};
@@ -111,7 +111,7 @@ impl Sign {
         match self {
             Self::Collapse => 0.01 * detection.loss_allowance_percent + limits.quick_allowance,
             Self::Slow => limits.slow_allowance,
-            Self::OneSided => FINGER_ALLOWANCE,
+            Self::OneSided => limits.finger_allowance,
             Self::Evidence => detection.loss_evidence_percent_ms,
         }
     }
@@ -140,7 +140,7 @@ impl Reach {
         };
         let tick_ms = 1e-3 * TICK_US as f32;
         self.evidence = (self.evidence + 100.0 * tick_ms * signs.excess).max(0.0);
-        let one_sided = signs.one_sided.map_or(0.0, |fall| fall + FINGER_ALLOWANCE);
+        let one_sided = signs.one_sided.unwrap_or(0.0);
         let falls = [signs.collapse, signs.slow, one_sided].map(|fall| fall - signs.sag);
         let [collapse, slow, one_sided] = falls;
         let now = [collapse, slow, one_sided, self.evidence];
