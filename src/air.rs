@@ -1,9 +1,13 @@
 //! Model of the regulator: the pressure that the commands so far should have given, against the measured one.
 
+mod rise;
+
+use rise::{Progress, Rise};
+
 use crate::condition::Monitor;
-use crate::math::lag_gain;
+use crate::math::{lag_gain, larger, smaller};
 use crate::range::{SettingsError, within};
-use crate::units::{Instant, Kilopascals};
+use crate::units::{Instant, Kilopascals, TICK_US};
 
 /// The pressure, and what it should be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,9 +34,18 @@ impl Air {
 
 /// The pressure follows while it is within this of what the command should give.
 pub(crate) const FOLLOWING_KPA: f32 = 8.0;
+/// It has got to its target within this: the regulator is good for ±1 % of 200 kPa.
+const THERE_KPA: f32 = 3.0;
 /// One that lags further behind is on its way while it comes this much nearer in the time that is allowed:
 /// more than the ripple of a regulator that is stuck, and less than the slowest pump loops make of 300 ms.
 const PROGRESS_KPA: f32 = 3.0;
+
+/// A delay that is off from what is known by this factor is news.
+const NEWS: f32 = 0.6;
+/// Between these it is believed, ms.
+const SHORTEST_MS: f32 = 5.0;
+const LONGEST_MS: f32 = 1_000.0;
+const TICKS_PER_MS: f32 = 1e3 / TICK_US as f32;
 
 /// What is known of the regulator.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +88,10 @@ pub struct AirModel {
     deviation: Option<Deviation>,
     /// When it deviated last.
     deviated: Instant,
+    rise: Option<Rise>,
+    learned_ms: Option<u16>,
+    /// Share of the way that the pressure goes in one tick, where it has been learned.
+    gain: Option<f32>,
 }
 
 /// A pressure that does not follow.
@@ -94,12 +111,20 @@ impl AirModel {
             target: 0.0,
             deviation: None,
             deviated: Instant::from_micros(0),
+            rise: None,
+            learned_ms: None,
+            gain: None,
         }
     }
 
     /// What the commands so far should have given; unknown before the first measurement.
     pub fn expected(&self) -> Option<Kilopascals> {
         self.expected.map(Kilopascals)
+    }
+
+    /// Delay of the regulator, ms, which a rise has just told, if it is not what was known.
+    pub fn take_learned(&mut self) -> Option<u16> {
+        self.learned_ms.take()
     }
 
     /// Compares the pressure with what it should be. One that lies between that and the target follows, too: its
@@ -110,8 +135,14 @@ impl AirModel {
         if let Some(measured) = measured {
             let expected = *self.expected.get_or_insert(measured.0);
             let near = (measured.0 - expected).abs() <= FOLLOWING_KPA;
-            if near || self.leads(measured.0, expected) {
+            if near {
                 self.deviation = None;
+            } else if self.leads(measured.0, expected) {
+                self.deviation = None;
+                if (measured.0 - self.target).abs() <= THERE_KPA {
+                    // It has answered, whatever the model makes of the rest of the way.
+                    self.expected = Some(measured.0);
+                }
             } else {
                 self.deviated = now;
                 let on_its_way = |off: Deviation| off.progresses(measured.0, expected);
@@ -150,13 +181,56 @@ impl AirModel {
         &mut self,
         setpoint_kpa: f32,
         target_kpa: f32,
+        measured: Option<Kilopascals>,
         active: &Active,
     ) -> Option<Kilopascals> {
+        if self.rise.is_some() || target_kpa != self.target {
+            self.learn(setpoint_kpa, target_kpa, measured, active);
+        }
         self.target = target_kpa;
         if let Some(expected) = &mut self.expected {
-            *expected += active.gain * (setpoint_kpa - *expected);
+            let gain = self.gain.unwrap_or(active.gain);
+            *expected += gain * (setpoint_kpa - *expected);
         }
         self.expected()
+    }
+
+    /// Watches how the pressure follows a rise of the target from rest.
+    // Not inlined: most ticks have no rise.
+    #[inline(never)]
+    fn learn(
+        &mut self,
+        setpoint_kpa: f32,
+        target_kpa: f32,
+        measured: Option<Kilopascals>,
+        active: &Active,
+    ) {
+        let Some(measured) = measured else {
+            // Only what has been seen whole tells anything.
+            self.rise = None;
+            return;
+        };
+        if target_kpa != self.target {
+            self.rise = Rise::begins(setpoint_kpa, measured.0, target_kpa);
+        }
+        let Some(rise) = &mut self.rise else {
+            return;
+        };
+        match rise.step(setpoint_kpa, measured.0) {
+            Progress::Rises => return,
+            Progress::Over(delay_ms) => {
+                let delay_ms = larger(smaller(delay_ms, LONGEST_MS), SHORTEST_MS);
+                // The share of its way that a first-order lag goes in one tick.
+                let gain = 1.0 / (0.5 + TICKS_PER_MS * delay_ms);
+                let known = self.gain.unwrap_or(active.gain);
+                if gain < NEWS * known || known < NEWS * gain {
+                    self.learned_ms = Some(delay_ms as u16);
+                    self.gain = Some(gain);
+                }
+            }
+            Progress::Failed => {}
+        }
+        self.rise = None;
     }
 }
 
@@ -193,12 +267,12 @@ mod tests {
     fn the_model_starts_at_the_first_measurement_and_then_lags_behind_the_setpoint() {
         let active = Settings::default().validate().expect("the defaults");
         let mut model = AirModel::new();
-        assert_eq!(model.drive(100.0, 100.0, &active), None);
+        assert_eq!(model.drive(100.0, 100.0, None, &active), None);
         assert_eq!(model.observe(at(0), Monitor::Missing).expected, None);
         let air = model.observe(at(1), valid(3.0));
         assert_eq!(air.expected, Some(Kilopascals(3.0)));
         for _ in 0..75 {
-            model.drive(103.0, 103.0, &active);
+            model.drive(103.0, 103.0, None, &active);
         }
         // 63 % of the way after one time constant.
         let expected = model.expected().expect("known").0;
@@ -233,6 +307,7 @@ mod tests {
         model.drive(
             100.0,
             100.0,
+            None,
             &Settings::default().validate().expect("the defaults"),
         );
         for kpa in [108.0, 92.0] {
@@ -253,7 +328,7 @@ mod tests {
         let mut model = AirModel::new();
         model.observe(at(0), valid(0.0));
         while model.expected().is_some_and(|kpa| kpa.0 < 50.0) {
-            model.drive(100.0, 100.0, &active);
+            model.drive(100.0, 100.0, None, &active);
         }
         model
     }
@@ -288,5 +363,43 @@ mod tests {
         }
         let air = model.observe(at(500), valid(50.0));
         assert_eq!((air.deviating_us, air.deviated), (0, at(499)));
+    }
+
+    /// Deviation, kPa, at its largest in a grip at 140 kPa by a regulator with this lag, and what is learned.
+    fn grip(model: &mut AirModel, lag_ms: f32) -> (f32, Option<u16>) {
+        let active = Settings::default().validate().expect("the defaults");
+        let (mut pressure, mut most, mut learned) = (0.0f32, 0.0f32, None);
+        let begin = Kilopascals(0.0);
+        model.expected = Some(begin.0);
+        for ms in 0..3_000 {
+            let setpoint = (0.4 * ms as f32).min(140.0);
+            pressure += (setpoint - pressure) / lag_ms;
+            let measured = Some(Kilopascals(pressure));
+            model.drive(setpoint, 140.0, measured, &active);
+            let air = model.observe(at(ms), valid(pressure));
+            most = most.max(air.deviation_kpa().map_or(0.0, f32::abs));
+            learned = model.take_learned().or(learned);
+        }
+        model.drive(0.0, 0.0, Some(begin), &active);
+        (most, learned)
+    }
+
+    #[test]
+    fn a_regulator_that_is_not_the_settings_is_learned_in_one_grip() {
+        for (lag_ms, is_news) in [(20.0, true), (60.0, false), (80.0, false), (200.0, true)] {
+            let mut model = AirModel::new();
+            let (before, learned) = grip(&mut model, lag_ms);
+            assert_eq!(learned.is_some(), is_news, "{lag_ms}: {learned:?}");
+            assert!(
+                learned.is_none_or(|ms| (f32::from(ms) - lag_ms).abs() < 0.12 * lag_ms),
+                "{lag_ms}: {learned:?}"
+            );
+            let (after, again) = grip(&mut model, lag_ms);
+            assert_eq!(again, None);
+            assert!(
+                !is_news || before > 10.0 && after < 6.0,
+                "{lag_ms}: {before}, then {after}"
+            );
+        }
     }
 }

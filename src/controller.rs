@@ -6,7 +6,7 @@ use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::detect::limits::Signs;
 use crate::estimate::{Contact, Estimator};
-use crate::event::Events;
+use crate::event::{Event, Events};
 use crate::fault::Fault;
 use crate::grasp::{Situation, State, Supervisor};
 use crate::interlock::interlock;
@@ -15,7 +15,7 @@ use crate::regulate::Regulator;
 use crate::settings::Active;
 use crate::table::FingerTable;
 use crate::telemetry::{Indicators, Snapshot};
-use crate::units::{DacCode, Instant, Microstrain};
+use crate::units::{DacCode, FINGERS, Instant, Microstrain};
 use crate::zero::{Zero, ZeroReport};
 
 /// What one tick puts out.
@@ -47,7 +47,14 @@ pub struct Controller {
     detector: Detector,
     supervisor: Supervisor,
     regulator: Regulator,
+    /// Noise of each gauge, rms. It is an average over 250 ms, so one root in a tick is enough.
+    noise: [Microstrain; FINGERS],
+    /// Whose turn it is: of none, then of each gauge.
+    turn: usize,
 }
+
+/// Ticks in which every gauge has its turn.
+const TURNS: usize = FINGERS + 1;
 
 /// What one tick leaves for the next.
 #[derive(Debug, Clone, Copy)]
@@ -90,6 +97,8 @@ impl Controller {
             detector: Detector::new(),
             supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
+            noise: [Microstrain(0.0); FINGERS],
+            turn: 0,
         }
     }
 
@@ -123,6 +132,9 @@ impl Controller {
             feedback.acknowledged,
         );
         let air = self.air.observe(now, reading.monitor);
+        if let Some(delay_ms) = self.air.take_learned() {
+            events.add(Event::Regulator { delay_ms });
+        }
         let contact = self.estimator.step(&reading, table, &active.finger);
         let contact_ue = active.finger.contact_ue;
         let zero = self
@@ -153,6 +165,14 @@ impl Controller {
             free_strain: self.estimator.free_strain(),
             pressure: self.air.expected(),
         };
+        // The first of four ticks is the one in which the estimator finds the bend.
+        let gauge = self.turn.wrapping_sub(1);
+        if let (Some(shown), Some(variance)) =
+            (self.noise.get_mut(gauge), reading.noise_variance.get(gauge))
+        {
+            *shown = Microstrain(root(*variance));
+        }
+        self.turn = self.turn.wrapping_add(1) % TURNS;
         let accepted = matches!(answer, Some(Answer::Accepted));
         feedback.acknowledged = accepted && matches!(command, Command::Acknowledge);
         feedback.tare_begins = accepted && matches!(command, Command::Tare);
@@ -199,9 +219,7 @@ impl Controller {
                 .supervisor
                 .payload()
                 .and_then(|payload| payload.margin(self.table, self.estimator.lagged_pressure())),
-            noise: reading
-                .noise_variance
-                .map(|variance| Microstrain(root(variance))),
+            noise: self.noise,
             drift: self.zero.drift(),
             tare_due: zero.tare_due,
         }

@@ -43,6 +43,12 @@ pub enum Event {
     },
     /// A command was not carried out.
     Refused(Refusal),
+    /// The pressure comes by this much behind the set-point, ms, and not by what the settings say; it is expected so
+    /// from now on.
+    Regulator {
+        /// Lag, dead time and slew together.
+        delay_ms: u16,
+    },
     /// New gauge offsets are in use.
     Tared,
     /// The zero of a gauge has moved further than is tracked, or a finger seems to lean on something for

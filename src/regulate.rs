@@ -84,14 +84,14 @@ impl Regulator {
     ) -> Kilopascals {
         let Some(target) = target else {
             *self = Self::new();
-            model.drive(0.0, 0.0, air_active);
+            model.drive(0.0, 0.0, air.measured, air_active);
             return Kilopascals(0.0);
         };
         let target = smaller(larger(target.0, 0.0), active.max_pressure.0);
         if let Some(expected) = air.expected {
             self.slew(target, expected.0, air.deviation_kpa(), active);
         }
-        let expected = model.drive(self.setpoint, target, air_active);
+        let expected = model.drive(self.setpoint, target, air.measured, air_active);
 
         // Deviations from the expected response, not from the set-point: the regulator's lag is not
         // an error to integrate.

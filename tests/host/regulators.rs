@@ -101,3 +101,40 @@ fn a_regulator_that_stops_on_its_way_is_a_fault_after_300_ms_however_slow_it_was
         assert!(told.is_some_and(|ms| ms <= latest), "{}", named(&board));
     }
 }
+
+#[test]
+fn a_regulator_that_is_not_the_settings_is_learned_and_told_in_its_first_grip() {
+    let mut rng = Rng::with_seed(16);
+    let mut learned = 0;
+    for _ in 0..200 {
+        let mut board = any_board(&mut rng);
+        board.grip = [1.0; 3];
+        board.run(100);
+        board.step(grip(140.0));
+        board.run(4_500);
+        // The set-point rises by 0.4 kPa/ms.
+        let ramp_ms = 140.0 / board.valve_slew_kpa.min(0.4);
+        let delay_ms =
+            board.valve_lag_ms + f32::from(board.valve_dead_ms) + 0.5 * (ramp_ms - 350.0);
+        let told = board.events.iter().find_map(|(_, event)| match *event {
+            Event::Regulator { delay_ms } => Some(f32::from(delay_ms)),
+            _ => None,
+        });
+        if let Some(told_ms) = told {
+            learned += 1;
+            let off = (told_ms - delay_ms).abs();
+            assert!(
+                off < 10.0 + 0.15 * delay_ms,
+                "{delay_ms} ms: {}",
+                named(&board)
+            );
+        } else {
+            assert!(
+                (40.0..140.0).contains(&delay_ms),
+                "{delay_ms} ms: {}",
+                named(&board)
+            );
+        }
+    }
+    assert!(learned > 100, "{learned}");
+}

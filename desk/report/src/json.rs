@@ -33,6 +33,7 @@ pub fn event(timed: &TimedEvent) -> Value {
             }
         }
         Event::Refused(refusal) => value["reason"] = json!(format!("{refusal:?}")),
+        Event::Regulator { delay_ms } => value["delay_ms"] = json!(delay_ms),
         Event::Empty
         | Event::Released
         | Event::Regripping

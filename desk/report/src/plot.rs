@@ -243,6 +243,7 @@ fn marks(run: &Run) -> Vec<(f64, RGBColor, &'static str)> {
                 | Event::Refused(_)
                 | Event::Tared
                 | Event::TareDue
+                | Event::Regulator { .. }
                 | Event::ClockInternal
                 | Event::Acknowledged => {
                     return None;

@@ -44,6 +44,9 @@ impl TimedEvent {
                 None => format!("FAULT {}: {fault:?}", fault.code()),
             },
             Event::Refused(refusal) => format!("command refused: {refusal:?}"),
+            Event::Regulator { delay_ms } => {
+                format!("the regulator comes {delay_ms} ms behind its command, which is learned")
+            }
             Event::Tared => "gauges zeroed".into(),
             Event::TareDue => {
                 "TARE DUE: a gauge's zero has moved, or something leans on a finger".into()
@@ -88,6 +91,7 @@ pub fn name(event: &Event) -> &'static str {
         Event::AirLoss => "air_loss",
         Event::Fault { .. } => "fault",
         Event::Refused(_) => "refused",
+        Event::Regulator { .. } => "regulator",
         Event::Tared => "tared",
         Event::TareDue => "tare_due",
         Event::ClockInternal => "clock_internal",
