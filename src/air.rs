@@ -34,8 +34,8 @@ impl Air {
 
 /// The pressure follows while it is within this of what the command should give.
 pub(crate) const FOLLOWING_KPA: f32 = 8.0;
-/// It has got to its target within this: the regulator is good for ±1 % of 200 kPa.
-const THERE_KPA: f32 = 3.0;
+/// The pressure has reached its set-point within this: the regulator is good for ±1 % of 200 kPa.
+pub(crate) const REACHED_KPA: f32 = 3.0;
 /// One that lags further behind is on its way while it comes this much nearer in the time that is allowed:
 /// more than the ripple of a regulator that is stuck, and less than the slowest pump loops make of 300 ms.
 const PROGRESS_KPA: f32 = 3.0;
@@ -139,7 +139,7 @@ impl AirModel {
                 self.deviation = None;
             } else if self.leads(measured.0, expected) {
                 self.deviation = None;
-                if (measured.0 - self.target).abs() <= THERE_KPA {
+                if (measured.0 - self.target).abs() <= REACHED_KPA {
                     // It has answered, whatever the model makes of the rest of the way.
                     self.expected = Some(measured.0);
                 }

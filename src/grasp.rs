@@ -22,7 +22,7 @@ mod state;
 
 use approach::Approach;
 
-use crate::air::Air;
+use crate::air::{Air, REACHED_KPA};
 use crate::command::{Answer, Command, Motion, Payload, Refusal};
 use crate::condition::Reading;
 use crate::detect::{Loss, LossCause, Verdict, Watch};
@@ -54,8 +54,6 @@ pub struct Situation<'a> {
 
 /// A grip needs this many fingers.
 const FINGERS_OF_A_GRIP: usize = 2;
-/// The pressure has reached its set-point within this: the regulator is good for ±1 % of 200 kPa.
-const REACHED_KPA: f32 = 3.0;
 /// The pressure should have reached its set-point when the expected one is this close.
 const DUE_KPA: f32 = 0.5;
 /// One that falls short of its set-point, but not by a fault's worth, is given this long to get there.

@@ -22,7 +22,9 @@ use sim::hand::Hand;
 use sim::setup::Setup;
 
 use super::output::{out, outln};
-use super::{BUILD, Castings, Output, in_parallel, incomplete, load_recipe, progress_bar, within};
+use super::{
+    BUILD, Castings, Merge, Output, in_parallel, incomplete, load_recipe, progress_bar, within,
+};
 
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -84,11 +86,8 @@ enum Action {
 
 #[derive(Args)]
 struct MergeArgs {
-    /// The common directory of all parts: the --out that they had.
-    dir: PathBuf,
-    /// Directory for the files [default: DIR].
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    parts: Merge,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -195,14 +194,13 @@ fn run_part(
 }
 
 fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
-    let parts = part::find(&args.dir, BUILD)?;
-    if let Some(status) = incomplete(&args.dir, &parts)? {
+    let parts = part::find(&args.parts.dir, BUILD)?;
+    if let Some(status) = incomplete(&args.parts.dir, &parts)? {
         return Ok(status);
     }
     let about = serde_json::from_value(parts.about.into());
-    let about = about.with_context(|| args.dir.display().to_string())?;
-    let out = args.out.as_ref().unwrap_or(&args.dir);
-    files::prepare(out)?;
+    let about = about.with_context(|| args.parts.dir.display().to_string())?;
+    let out = args.parts.prepare_out()?;
     let mut losses = output::losses(Some(out))?;
     let evaluation = part::merge(&parts.folders, &about, &mut losses)?;
     publish(&evaluation, &about, losses, Some(out), args.json)?;

@@ -64,6 +64,25 @@ const BUILD: Build = Build {
     commit: env!("SOFTGRIP_COMMIT"),
 };
 
+/// What every merge of parts takes.
+#[derive(Args)]
+struct Merge {
+    /// The common directory of all parts: the --out that they had.
+    dir: PathBuf,
+    /// Directory for the merged files [default: DIR].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Merge {
+    /// Where the merged files go, ready to be written to.
+    fn prepare_out(&self) -> anyhow::Result<&Path> {
+        let out = self.out.as_ref().unwrap_or(&self.dir);
+        files::prepare(out)?;
+        Ok(out)
+    }
+}
+
 /// Says on standard error which parts of a study are missing, unfinished or of another study, and on standard output
 /// which are to be run; none if all are there.
 ///

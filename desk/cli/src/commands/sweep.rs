@@ -14,7 +14,7 @@ use studies::sweep::{self, columns, parquet};
 
 use super::output;
 use super::output::outln;
-use super::{BUILD, in_parallel, incomplete, load_recipe, progress_bar};
+use super::{BUILD, Merge, in_parallel, incomplete, load_recipe, progress_bar};
 
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -43,16 +43,7 @@ enum Action {
     /// Merges the parts of a sweep that was split with --shard.
     ///
     /// Exits with 3 if parts are missing or unfinished, and prints their numbers as `sbatch --array` takes them.
-    Merge(MergeArgs),
-}
-
-#[derive(Args)]
-struct MergeArgs {
-    /// The common directory of all parts: the --out that they had.
-    dir: PathBuf,
-    /// Directory for the merged results.csv and results.parquet [default: DIR].
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    Merge(Merge),
 }
 
 pub fn run(args: &SweepArgs) -> anyhow::Result<ExitCode> {
@@ -95,13 +86,12 @@ fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
+fn merge(args: &Merge) -> anyhow::Result<ExitCode> {
     let parts = results::find(&args.dir, BUILD)?;
     if let Some(status) = incomplete(&args.dir, &parts)? {
         return Ok(status);
     }
-    let dir = args.out.as_ref().unwrap_or(&args.dir);
-    files::prepare(dir)?;
+    let dir = args.prepare_out()?;
     let columns = results::merge(&parts.folders, dir)?;
     parquet::write(dir, &columns)?;
     outln!(
