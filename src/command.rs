@@ -105,6 +105,8 @@ pub enum Command {
     Acknowledge,
     /// Take the present strain as zero.
     Tare,
+    /// Learn the mounted fingers in a free-bend sweep, with nothing in the grip.
+    Sweep,
 }
 
 /// Why a command was not carried out.
@@ -129,10 +131,34 @@ pub enum Refusal {
     FaultLatched,
     /// A loss is latched.
     LostLatched,
-    /// A tare needs open fingers without pressure.
+    /// A tare or a sweep needs open fingers without pressure.
     NotIdle,
+    /// A sweep is running; a release or a stop ends it.
+    Sweeping,
     /// A tare did not give new offsets.
     TareRejected(TareFault),
+    /// A sweep has learned nothing: what was known before is kept.
+    SweepRejected(SweepFault),
+}
+
+/// Why a sweep has learned nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SweepFault {
+    /// A gauge has failed, or the gauges do not see bending.
+    Gauge,
+    /// The pressure did not come within 8 kPa of a step: the supply is low, or the air leaks.
+    Pressure,
+    /// The fingers stopped bending before they can have met: something is in the grip.
+    Contact,
+    /// More noise than a loss could be told from.
+    Noise,
+    /// A finger's curve is none of this recipe's: it touches something, or is another finger.
+    Shape,
+    /// Stiffness or gain of a finger is further off than any mould or gauge.
+    OutOfRange,
+    /// A release, a stop or a fault came in between.
+    Interrupted,
 }
 
 /// Why a tare did not give new offsets, judged over its whole length.

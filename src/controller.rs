@@ -5,7 +5,7 @@ use crate::command::{Answer, Command, Motion};
 use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::detect::limits::Signs;
-use crate::estimate::{Contact, Estimator};
+use crate::estimate::{Calibration, Contact, Estimator};
 use crate::event::{Event, Events};
 use crate::fault::Fault;
 use crate::grasp::{Situation, State, Supervisor};
@@ -105,6 +105,17 @@ impl Controller {
     /// The settings in use.
     pub fn active(&self) -> &Active {
         &self.active
+    }
+
+    /// Other settings from the next tick on. What the stages remember stays: a grip goes on, towards its target of before.
+    pub fn apply(&mut self, active: Active) {
+        self.active = active;
+    }
+
+    /// What a sweep has found, once: to be made settings ([`Settings::calibrated`](crate::settings::Settings::calibrated))
+    /// and kept.
+    pub fn take_calibration(&mut self) -> Option<Calibration> {
+        self.supervisor.take_calibration()
     }
 
     /// What the detector looked at in the last tick; none while nothing is held at a steady pressure.

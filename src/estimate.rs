@@ -4,13 +4,18 @@
 //! while holding, near zero after a loss or a release. The raw strain is no use for that: when an
 //! object falls at held pressure it dips and then rises, because the finger is free to bend further.
 
+mod calibration;
+pub mod casting;
 mod silicone;
 
+pub use casting::Casting;
 use silicone::Silicone;
 
+pub use calibration::Calibration;
 pub use silicone::Settings as SiliconeSettings;
 
 use crate::condition::{Gauge, Monitor, Reading};
+use crate::math::{larger, smaller};
 use crate::range::{SettingsError, within};
 use crate::table::{self, FingerTable, Range};
 use crate::units::{Degrees, FINGERS, Kilopascals, Microstrain};
@@ -32,8 +37,13 @@ pub struct Settings {
     pub silicone: SiliconeSettings,
     /// What the gauges see.
     pub gauge_sense: GaugeSense,
-    /// Measured free-bend strain over the table's, per finger: the result of a calibration.
+    /// Strain of each finger's gauge over the table's, at the same bend: gain of the gauge and its place.
     pub free_bend_gain: [f32; FINGERS],
+    /// Stiffness of each finger over the recipe's: it bends at so many times the pressure.
+    pub stiffness: [f32; FINGERS],
+    /// Pressure at which the recipe's fingers would be bent as far as these are when they meet on the gripper's axis;
+    /// 0 where the table's own is to be used.
+    pub meeting_kpa: f32,
     /// A finger touches when its residual exceeds this …
     pub contact_ue: f32,
     /// … plus this share of the free-bend strain, which the table may be wrong by.
@@ -46,6 +56,8 @@ impl Default for Settings {
             silicone: SiliconeSettings::default(),
             gauge_sense: GaugeSense::Bend,
             free_bend_gain: [1.0; FINGERS],
+            stiffness: [1.0; FINGERS],
+            meeting_kpa: 0.0,
             contact_ue: 500.0,
             contact_percent: 5.0,
         }
@@ -53,17 +65,31 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// For a table that ends at `max_kpa`.
-    pub(crate) fn validate(&self, max_kpa: f32) -> Result<Active, SettingsError> {
+    /// For fingers of this table.
+    pub(crate) fn validate(&self, table: &FingerTable) -> Result<Active, SettingsError> {
+        let max_kpa = table.max_pressure_kpa;
         let [a, b, c] = self.free_bend_gain;
+        let gains = [
+            within("free_bend_gain[0]", a, 0.5, 2.0)?,
+            within("free_bend_gain[1]", b, 0.5, 2.0)?,
+            within("free_bend_gain[2]", c, 0.5, 2.0)?,
+        ];
+        let [a, b, c] = self.stiffness;
+        let stiffness = [
+            within("stiffness[0]", a, 0.7, 1.5)?,
+            within("stiffness[1]", b, 0.7, 1.5)?,
+            within("stiffness[2]", c, 0.7, 1.5)?,
+        ];
+        let meeting_kpa = within("meeting_kpa", self.meeting_kpa, 0.0, max_kpa)?;
         Ok(Active {
             silicone: silicone::Active::of(&self.silicone, max_kpa)?,
             gauge_sense: self.gauge_sense,
-            free_bend_gain: [
-                within("free_bend_gain[0]", a, 0.5, 2.0)?,
-                within("free_bend_gain[1]", b, 0.5, 2.0)?,
-                within("free_bend_gain[2]", c, 0.5, 2.0)?,
-            ],
+            castings: core::array::from_fn(|i| Casting::of(table, gains[i], stiffness[i])),
+            per_free_ue: casting::per_free_ue(table),
+            meeting: match meeting_kpa > 0.0 {
+                true => Some(Kilopascals(meeting_kpa)),
+                false => table.meeting_kpa.map(Kilopascals),
+            },
             contact_ue: within("contact_ue", self.contact_ue, 1.0, 20_000.0)?,
             contact_fraction: 0.01 * within("contact_percent", self.contact_percent, 0.0, 50.0)?,
         })
@@ -75,7 +101,11 @@ impl Settings {
 pub struct Active {
     pub(crate) silicone: silicone::Active,
     pub(crate) gauge_sense: GaugeSense,
-    pub(crate) free_bend_gain: [f32; FINGERS],
+    pub(crate) castings: [Casting; FINGERS],
+    /// One over the table's free strain at its end, 1/µε.
+    pub(crate) per_free_ue: f32,
+    /// Where free fingers meet; none where they do not.
+    pub(crate) meeting: Option<Kilopascals>,
     pub(crate) contact_ue: f32,
     pub(crate) contact_fraction: f32,
 }
@@ -87,7 +117,7 @@ pub struct Contact {
     pub residual: [Option<Microstrain>; FINGERS],
     /// Fingers that touch something.
     pub touching: [bool; FINGERS],
-    /// Mean strain over the fingers, where the gauges see bending and any is usable.
+    /// Mean strain over the fingers, each as the recipe's would show it, where the gauges see bending and any is usable.
     pub mean: Option<Microstrain>,
     /// What the gauge of a free finger would show.
     pub free: Microstrain,
@@ -170,6 +200,8 @@ pub struct Estimator {
     turn: u8,
     /// What the gauge of a free finger shows; unknown before the first pressure.
     free: Option<Microstrain>,
+    /// Mean strain of the last tick, as a share of the table's free strain at its end.
+    bent: f32,
 }
 
 impl Estimator {
@@ -183,6 +215,7 @@ impl Estimator {
             bend: Degrees(0.0),
             turn: 0,
             free: None,
+            bent: 0.0,
         }
     }
 
@@ -221,9 +254,10 @@ impl Estimator {
         let mut residual = [None; FINGERS];
         let (mut strain_sum, mut strains) = (0.0, 0.0);
         let mut mean = None;
-        let fingers = reading.gauges.iter().zip(active.free_bend_gain);
+        let share = active.per_free_ue * free.0;
+        let fingers = reading.gauges.iter().zip(&active.castings);
         let results = residual.iter_mut().zip(&mut self.touches);
-        for ((gauge, gain), (slot, touch)) in fingers.zip(results) {
+        for ((gauge, casting), (slot, touch)) in fingers.zip(results) {
             let strain = match *gauge {
                 Gauge::Valid(strain) => strain,
                 Gauge::Missing => continue,
@@ -234,16 +268,18 @@ impl Estimator {
                 }
             };
             let value = match active.gauge_sense {
-                GaugeSense::Bend => gain * free.0 - strain.0,
+                GaugeSense::Bend => casting.ratio(share) * free.0 - strain.0,
                 GaugeSense::Contact => strain.0,
             };
             *slot = Some(Microstrain(value));
             touch.step(value, threshold);
-            strain_sum += strain.0 / gain;
+            strain_sum += strain.0 / casting.ratio(self.bent);
             strains += 1.0;
         }
         if strains > 0.0 && active.gauge_sense == GaugeSense::Bend {
-            mean = Some(Microstrain(strain_sum / strains));
+            let mean_ue = strain_sum / strains;
+            self.bent = larger(0.0, smaller(1.0, active.per_free_ue * mean_ue));
+            mean = Some(Microstrain(mean_ue));
         }
         // For those who look; its search is a thirtieth of a tick.
         self.turn = self.turn.wrapping_add(1) % BEND_TICKS;

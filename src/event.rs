@@ -51,6 +51,11 @@ pub enum Event {
     },
     /// New gauge offsets are in use.
     Tared,
+    /// A sweep has learned the mounted fingers; what it found is there to be taken.
+    Swept {
+        /// Largest difference between free fingers and what is now expected of them, percent of full scale.
+        error_percent: f32,
+    },
     /// The zero of a gauge has moved further than is tracked, or a finger seems to lean on something for
     /// long: a tare is asked for.
     TareDue,

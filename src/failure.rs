@@ -109,6 +109,8 @@ pub enum Activity {
     Releasing = 5,
     /// [`State::Fault`].
     Fault = 6,
+    /// [`State::Sweeping`].
+    Sweeping = 7,
 }
 
 impl Activity {
@@ -121,6 +123,7 @@ impl Activity {
             Self::Empty,
             Self::Releasing,
             Self::Fault,
+            Self::Sweeping,
         ];
         all.into_iter()
             .find(|&activity| activity as u32 == number)
@@ -137,6 +140,7 @@ impl From<&State> for Activity {
             State::Empty { .. } => Self::Empty,
             State::Releasing { .. } => Self::Releasing,
             State::Fault { .. } => Self::Fault,
+            State::Sweeping { .. } => Self::Sweeping,
         }
     }
 }
@@ -361,9 +365,9 @@ mod tests {
 
     #[test]
     fn every_activity_has_its_number() {
-        for number in 0..=6 {
+        for number in 0..=7 {
             assert_eq!(Activity::from_number(number) as u32, number);
         }
-        assert_eq!(Activity::from_number(7), Activity::Starting);
+        assert_eq!(Activity::from_number(8), Activity::Starting);
     }
 }

@@ -19,6 +19,7 @@ mod failures;
 mod obey;
 mod settings;
 mod state;
+mod sweep;
 
 use approach::Approach;
 
@@ -26,7 +27,7 @@ use crate::air::{Air, REACHED_KPA};
 use crate::command::{Answer, Command, Motion, Payload, Refusal};
 use crate::condition::Reading;
 use crate::detect::{Loss, LossCause, Verdict, Watch};
-use crate::estimate::{Contact, OPEN_KPA};
+use crate::estimate::{Calibration, Contact, OPEN_KPA};
 use crate::event::{Event, Events};
 use crate::fault::Fault;
 use crate::table::FingerTable;
@@ -36,6 +37,7 @@ use crate::zero::ZeroReport;
 pub(crate) use settings::Active;
 pub use settings::{OnFault, OnLoss, Settings};
 pub use state::{Purpose, State};
+use sweep::{Progress, Sweep};
 
 /// What the supervisor sees in one tick.
 #[derive(Debug, Clone, Copy)]
@@ -86,6 +88,9 @@ pub struct Supervisor {
     acknowledged: Option<Instant>,
     /// The latched fault has been acknowledged, and ends with its cause.
     fault_was_seen: bool,
+    sweep: Sweep,
+    /// What a sweep has found and nobody has taken.
+    calibration: Option<Calibration>,
 }
 
 impl Supervisor {
@@ -115,12 +120,19 @@ impl Supervisor {
             asked: None,
             acknowledged: None,
             fault_was_seen: false,
+            sweep: Sweep::begins(Kilopascals(0.0)),
+            calibration: None,
         }
     }
 
     /// Where the gripper is.
     pub fn state(&self) -> State {
         self.state
+    }
+
+    /// What a sweep has found, once.
+    pub fn take_calibration(&mut self) -> Option<Calibration> {
+        self.calibration.take()
     }
 
     /// The loss that is latched.
@@ -148,7 +160,11 @@ impl Supervisor {
     pub fn payload(&self) -> Option<Payload> {
         match self.state {
             State::Closing { .. } | State::Holding { .. } => self.payload,
-            State::Idle | State::Empty { .. } | State::Releasing { .. } | State::Fault { .. } => {
+            State::Idle
+            | State::Empty { .. }
+            | State::Sweeping { .. }
+            | State::Releasing { .. }
+            | State::Fault { .. } => {
                 None
             }
         }
@@ -177,7 +193,7 @@ impl Supervisor {
         self.report_gauges(situation.reading, events);
         self.report_zero(situation, events);
         if !self.state.is_holding() {
-            self.approach.step(situation.contact, table);
+            self.approach.step(situation.contact, active.met);
         }
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
         let latched = self.state.fault();
@@ -191,7 +207,11 @@ impl Supervisor {
             Command::Continue => None,
             Command::Alive | Command::Motion(_) => Some(Answer::Accepted),
             Command::Acknowledge => Some(self.acknowledge(now, latched, situation.reading, events)),
-            Command::Grip(_) | Command::Release | Command::Stop | Command::Tare => {
+            Command::Grip(_)
+            | Command::Release
+            | Command::Stop
+            | Command::Tare
+            | Command::Sweep => {
                 Some(self.obey(now, command, situation, table, active, events))
             }
         };
@@ -200,7 +220,7 @@ impl Supervisor {
             (command, answer),
             (Command::Grip(_), Some(Answer::Accepted))
         ) {
-            self.advance(now, situation, active, events);
+            self.advance(now, situation, table, active, events);
         }
         answer
     }
@@ -209,6 +229,7 @@ impl Supervisor {
         &mut self,
         now: Instant,
         situation: &Situation,
+        table: &FingerTable,
         active: &Active,
         events: &mut Events,
     ) {
@@ -230,6 +251,10 @@ impl Supervisor {
         }
         match self.state {
             State::Idle | State::Empty { .. } => {}
+            State::Sweeping { .. } => match self.sweep.step(situation, table) {
+                Progress::At(target) => self.state = State::Sweeping { target },
+                Progress::Ended(result) => self.end_sweep(now, result, events),
+            },
             State::Closing {
                 target,
                 reached: None,
@@ -280,7 +305,7 @@ impl Supervisor {
     ) {
         let (gripping, needed) = match purpose {
             // What they touch is one another.
-            Purpose::Grip if self.approach.is_free(contact) => (0, FINGERS_OF_A_GRIP),
+            Purpose::Grip if self.approach.is_free(contact, active.met) => (0, FINGERS_OF_A_GRIP),
             Purpose::Grip | Purpose::Regrip => (contact.touching_count(), FINGERS_OF_A_GRIP),
             // What two fingers hold is still held when the gauge of one of them fails.
             Purpose::Change => (

@@ -5,7 +5,7 @@ use crate::table::{self, FingerTable};
 use crate::units::Kilopascals;
 use crate::{air, detect, estimate, grasp, regulate};
 
-pub use crate::estimate::GaugeSense;
+pub use crate::estimate::{Calibration, GaugeSense};
 pub use crate::grasp::{OnFault, OnLoss};
 pub use crate::range::SettingsError;
 
@@ -82,6 +82,13 @@ impl Settings {
         settings
     }
 
+    /// These, with what a sweep has found of the mounted fingers.
+    #[must_use]
+    pub fn calibrated(mut self, found: &Calibration, table: &FingerTable) -> Self {
+        self.finger = self.finger.calibrated(found, table.max_pressure_kpa);
+        self
+    }
+
     /// Checks every field against the board and the finger; the first that is out of its range is the error.
     pub fn validate(
         &self,
@@ -90,12 +97,16 @@ impl Settings {
     ) -> Result<Active, SettingsError> {
         let ceiling_kpa = ceiling_kpa(front_end, table);
         let regulator = self.regulator.validate(ceiling_kpa)?;
+        let finger = self.finger.validate(table)?;
+        let met = finger.meeting.map(|at| table::free_strain(table, at).0);
         Ok(Active {
             front_end: *front_end,
             air: self.air.validate()?,
-            finger: self.finger.validate(table.max_pressure_kpa)?,
+            finger,
             detection: self.detection.validate()?,
-            grip: self.grip.validate(regulator.max_pressure, ceiling_kpa)?,
+            grip: self
+                .grip
+                .validate(regulator.max_pressure, ceiling_kpa, met)?,
             regulator,
         })
     }

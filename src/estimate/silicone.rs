@@ -19,6 +19,12 @@ const WIDEST: f32 = 0.25;
 /// A shape is known after so many time constants of the lag.
 const KNOWN_AFTER: f32 = 6.0;
 
+/// Between these a lag may lie, ms, …
+const SHORTEST_MS: f32 = 1.0;
+const LONGEST_MS: f32 = 5_000.0;
+/// … and up to here hysteresis and creep, percent.
+const WIDEST_PERCENT: f32 = 25.0;
+
 /// What is known of the silicone of the fingers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -56,6 +62,19 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// These, with measured lags of inflation and deflation, swing included, and a measured hysteresis.
+    pub(super) fn measured(mut self, lags_ms: [f32; 2], hysteresis_percent: f32) -> Self {
+        // A second-order swing comes 2 ζ/ω behind.
+        let swing_ms = 2e3 * self.bending_damping / (core::f32::consts::TAU * self.bending_hz);
+        let [up_ms, down_ms] = lags_ms.map(|lag_ms| lag_ms - swing_ms);
+        self.inflation_lag_ms = up_ms.clamp(SHORTEST_MS, LONGEST_MS);
+        self.deflation_lag_ms = down_ms.clamp(SHORTEST_MS, LONGEST_MS);
+        self.hysteresis_percent = hysteresis_percent.clamp(0.0, WIDEST_PERCENT);
+        self
+    }
+}
+
 /// The model's constants for one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Active {
@@ -79,10 +98,10 @@ impl Active {
     /// # Errors
     /// The first setting that is out of its range.
     pub fn of(settings: &Settings, max_kpa: f32) -> Result<Self, SettingsError> {
-        let up_ms = within("inflation_lag_ms", settings.inflation_lag_ms, 1.0, 5_000.0)?;
-        let down_ms = within("deflation_lag_ms", settings.deflation_lag_ms, 1.0, 5_000.0)?;
-        let hysteresis = within("hysteresis_percent", settings.hysteresis_percent, 0.0, 25.0)?;
-        let creep = within("creep_percent", settings.creep_percent, 0.0, 25.0)?;
+        let up_ms = within("inflation_lag_ms", settings.inflation_lag_ms, SHORTEST_MS, LONGEST_MS)?;
+        let down_ms = within("deflation_lag_ms", settings.deflation_lag_ms, SHORTEST_MS, LONGEST_MS)?;
+        let hysteresis = within("hysteresis_percent", settings.hysteresis_percent, 0.0, WIDEST_PERCENT)?;
+        let creep = within("creep_percent", settings.creep_percent, 0.0, WIDEST_PERCENT)?;
         let creep_s = within("creep_time_s", settings.creep_time_s, 0.1, 600.0)?;
         let bending_hz = within("bending_hz", settings.bending_hz, 0.1, 50.0)?;
         let damping = within("bending_damping", settings.bending_damping, 0.1, 2.0)?;

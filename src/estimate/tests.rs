@@ -18,7 +18,7 @@ fn reading(pressure: f32, strain: [f32; 3]) -> Reading {
 
 fn active(settings: Settings) -> Active {
     settings
-        .validate(FINGER.max_pressure_kpa)
+        .validate(&FINGER)
         .expect("good settings")
 }
 

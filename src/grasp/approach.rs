@@ -8,8 +8,7 @@
 
 use crate::estimate::Contact;
 use crate::math::{lag_gain, larger, smaller};
-use crate::table::{self, FingerTable};
-use crate::units::Kilopascals;
+use crate::units::Microstrain;
 
 /// Averaging of the strains, ms.
 const AVERAGE_MS: f32 = 10.0;
@@ -42,8 +41,6 @@ const PASSED: f32 = 1.45;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Approach {
     gain: f32,
-    /// Strain of a free finger where the fingers meet, µε; none where they do not, or before the first tick.
-    met_ue: Option<f32>,
     /// They have been seen open.
     seen: bool,
     /// Mean strain, averaged over [`AVERAGE_MS`], µε, and the largest so far.
@@ -64,7 +61,6 @@ impl Approach {
     pub fn unseen() -> Self {
         Self {
             gain: lag_gain(AVERAGE_MS),
-            met_ue: None,
             seen: false,
             mean_ue: 0.0,
             peak_ue: 0.0,
@@ -76,19 +72,16 @@ impl Approach {
     }
 
     /// Takes one tick in which nothing is held.
-    pub fn step(&mut self, contact: &Contact, table: &FingerTable) {
-        let (Some(mean), Some(meeting)) = (contact.mean, table.meeting_kpa) else {
+    /// `met`: strain of a free finger where the fingers meet; none where they do not.
+    pub fn step(&mut self, contact: &Contact, met: Option<Microstrain>) {
+        let (Some(mean), Some(Microstrain(met_ue))) = (contact.mean, met) else {
             return;
         };
-        let met_ue = *self
-            .met_ue
-            .get_or_insert_with(|| table::free_strain(table, Kilopascals(meeting)).0.0);
         let (mean_ue, free_ue) = (mean.0, contact.free.0);
         let lack_ue = self.weighted * smaller(free_ue, met_ue) - mean_ue;
         if free_ue < OPEN * met_ue {
             *self = Self {
                 gain: self.gain,
-                met_ue: self.met_ue,
                 seen: true,
                 mean_ue,
                 peak_ue: mean_ue,
@@ -116,8 +109,8 @@ impl Approach {
     }
 
     /// Whether the fingers have closed freely, and are free or have met.
-    pub fn is_free(&self, contact: &Contact) -> bool {
-        let (Some(lacked_ue), Some(met_ue)) = (self.lacked_ue, self.met_ue) else {
+    pub fn is_free(&self, contact: &Contact, met: Option<Microstrain>) -> bool {
+        let (Some(lacked_ue), Some(Microstrain(met_ue))) = (self.lacked_ue, met) else {
             return false;
         };
         let free_ue = contact.free.0;
@@ -140,16 +133,20 @@ impl Approach {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::{FINGER, Range};
-    use crate::units::{Degrees, FINGERS, Microstrain};
-    use std::boxed::Box;
+    use crate::table::{self, FINGER, Range};
+    use crate::units::{Degrees, FINGERS, Kilopascals};
 
     /// What a free finger shows at 140 kPa, µε.
     fn far_ue() -> f32 {
         table::free_strain(&FINGER, Kilopascals(140.0)).0.0
     }
 
-    /// What a free finger shows where the fingers meet, µε.
+    /// What a free finger shows where the fingers meet.
+    fn met() -> Option<Microstrain> {
+        Some(Microstrain(met_ue()))
+    }
+
+    /// The same, µε.
     fn met_ue() -> f32 {
         let meeting = FINGER.meeting_kpa.expect("fingers that meet");
         table::free_strain(&FINGER, Kilopascals(meeting)).0.0
@@ -171,20 +168,20 @@ mod tests {
     /// another in two seconds and then stay for one.
     fn close(
         approach: &mut Approach,
-        table: &FingerTable,
+        met: Option<Microstrain>,
         [from_ue, to_ue]: [f32; 2],
         mean: impl Fn(f32) -> f32,
     ) -> bool {
         for ms in 0..3_000 {
             let share = (ms as f32 / 2_000.0).min(1.0);
             let free_ue = from_ue + share * (to_ue - from_ue);
-            approach.step(&contact(mean(free_ue), free_ue), table);
+            approach.step(&contact(mean(free_ue), free_ue), met);
         }
-        approach.is_free(&contact(mean(to_ue), to_ue))
+        approach.is_free(&contact(mean(to_ue), to_ue), met)
     }
 
     fn closes_freely(mean: impl Fn(f32) -> f32) -> bool {
-        close(&mut Approach::unseen(), &FINGER, [0.0, far_ue()], mean)
+        close(&mut Approach::unseen(), met(), [0.0, far_ue()], mean)
     }
 
     #[test]
@@ -216,12 +213,13 @@ mod tests {
     #[test]
     fn what_was_held_before_is_forgotten_when_they_open() {
         let mut approach = Approach::unseen();
-        let free = [0.0, far_ue()];
-        assert!(!close(&mut approach, &FINGER, free, |free| free
-            .min(0.4 * met_ue())));
-        assert!(close(&mut approach, &FINGER, free, |free| free.min(met_ue())));
-        assert!(!close(&mut approach, &FINGER, free, |free| free
-            .min(0.4 * met_ue())));
+        let mut closes = |stop_ue: f32| {
+            let free = [0.0, far_ue()];
+            close(&mut approach, met(), free, |free| free.min(stop_ue))
+        };
+        assert!(!closes(0.4 * met_ue()));
+        assert!(closes(met_ue()));
+        assert!(!closes(0.4 * met_ue()));
     }
 
     #[test]
@@ -246,23 +244,15 @@ mod tests {
     fn nothing_is_known_without_an_approach_a_mean_strain_or_a_place_where_they_meet() {
         // The program starts under pressure.
         let under_pressure = [0.5 * met_ue(), far_ue()];
-        let met = |free: f32| free.min(met_ue());
+        let stops = |free: f32| free.min(met_ue());
         assert!(!close(
             &mut Approach::unseen(),
-            &FINGER,
+            met(),
             under_pressure,
-            met
+            stops
         ));
-        let unknown = Box::new(FingerTable {
-            meeting_kpa: None,
-            ..FINGER
-        });
-        assert!(!close(
-            &mut Approach::unseen(),
-            &unknown,
-            [0.0, far_ue()],
-            met
-        ));
+        let free = [0.0, far_ue()];
+        assert!(!close(&mut Approach::unseen(), None, free, stops));
         let mut approach = Approach::unseen();
         for ms in 0..2_000 {
             let free_ue = ms as f32 / 2_000.0 * far_ue();
@@ -270,8 +260,8 @@ mod tests {
                 mean: None,
                 ..contact(0.0, free_ue)
             };
-            approach.step(&blind, &FINGER);
+            approach.step(&blind, met());
         }
-        assert!(!approach.is_free(&contact(met_ue(), far_ue())));
+        assert!(!approach.is_free(&contact(met_ue(), far_ue()), met()));
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Active, OnFault, Purpose, Situation, State, Supervisor};
 use crate::air::Air;
+use crate::command::{Refusal, SweepFault};
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::event::{Event, Events};
 use crate::fault::{Fault, SafeOutput};
@@ -121,7 +122,11 @@ impl Supervisor {
             | State::Closing { .. }
             | State::Holding { .. }
             | State::Empty { .. }
+            | State::Sweeping { .. }
             | State::Releasing { .. } => {
+                if matches!(self.state, State::Sweeping { .. }) {
+                    events.add(Event::Refused(Refusal::SweepRejected(SweepFault::Interrupted)));
+                }
                 self.state = State::Fault {
                     fault,
                     target: match vents {
@@ -190,6 +195,8 @@ fn held_pressure(state: &State, air: &Air) -> Kilopascals {
             let measured = air.measured.unwrap_or(expected);
             Kilopascals(measured.0.min(expected.0.max(target.0)).max(0.0))
         }
+        // Nothing is in the grip.
+        State::Sweeping { .. } => Kilopascals(0.0),
         State::Idle
         | State::Holding { .. }
         | State::Empty { .. }

@@ -1,10 +1,11 @@
 //! Commands → answers. Commands are streams: drivers rewrite the last one up to 100 times a second, PLCs
 //! pulse inputs twice, people acknowledge again and again.
 
+use super::sweep::Sweep;
 use super::{Active, Purpose, Situation, State, Supervisor};
-use crate::command::{Answer, Command, Grip, Refusal};
+use crate::command::{Answer, Command, Grip, Refusal, SweepFault};
 use crate::condition::{Gauge, Reading};
-use crate::estimate::Contact;
+use crate::estimate::{Calibration, Contact};
 use crate::event::{Event, Events};
 use crate::fault::Fault;
 use crate::table::{self, FingerTable, Range};
@@ -56,6 +57,7 @@ impl Supervisor {
             Command::Tare if situation.zero.taring => Answer::Unchanged,
             Command::Tare if self.state == State::Idle => Answer::Accepted,
             Command::Tare => Answer::Refused(Refusal::NotIdle),
+            Command::Sweep => self.sweep(active),
             Command::Continue | Command::Alive | Command::Motion(_) | Command::Acknowledge => {
                 Answer::Unchanged
             }
@@ -90,7 +92,11 @@ impl Supervisor {
             State::Empty { .. } if same && again => return Answer::Unchanged,
             State::Closing { purpose, .. } => purpose,
             State::Holding { .. } => Purpose::Change,
-            State::Idle | State::Empty { .. } | State::Releasing { .. } | State::Fault { .. } => {
+            State::Idle
+            | State::Empty { .. }
+            | State::Sweeping { .. }
+            | State::Releasing { .. }
+            | State::Fault { .. } => {
                 self.touched = [false; FINGERS];
                 self.regripped = false;
                 Purpose::Grip
@@ -125,6 +131,10 @@ impl Supervisor {
                 Answer::Accepted
             }
             State::Idle | State::Releasing { .. } | State::Fault { .. } => Answer::Unchanged,
+            State::Sweeping { .. } => {
+                self.end_sweep(now, Err(SweepFault::Interrupted), events);
+                Answer::Accepted
+            }
             State::Closing { .. } | State::Holding { .. } | State::Empty { .. } => {
                 let touches = contact.touching_count() > 0;
                 let empty = matches!(self.state, State::Empty { .. });
@@ -134,6 +144,46 @@ impl Supervisor {
                 };
                 Answer::Accepted
             }
+        }
+    }
+
+    /// Begins a sweep.
+    fn sweep(&mut self, active: &Active) -> Answer {
+        match self.state {
+            State::Sweeping { .. } => return Answer::Unchanged,
+            State::Fault { .. } => return Answer::Refused(Refusal::FaultLatched),
+            State::Idle => {}
+            _ => return Answer::Refused(Refusal::NotIdle),
+        }
+        if self.lost.is_some() {
+            return Answer::Refused(Refusal::LostLatched);
+        }
+        self.sweep = Sweep::begins(active.max_pressure);
+        self.state = State::Sweeping {
+            target: Kilopascals(0.0),
+        };
+        Answer::Accepted
+    }
+
+    /// Ends a sweep: the fingers open, and what it has found can be taken.
+    pub(super) fn end_sweep(
+        &mut self,
+        now: Instant,
+        result: Result<Calibration, SweepFault>,
+        events: &mut Events,
+    ) {
+        self.state = State::Releasing {
+            since: now,
+            holding: false,
+        };
+        match result {
+            Ok(calibration) => {
+                self.calibration = Some(calibration);
+                events.add(Event::Swept {
+                    error_percent: calibration.error_percent,
+                });
+            }
+            Err(fault) => events.add(Event::Refused(Refusal::SweepRejected(fault))),
         }
     }
 
@@ -172,8 +222,10 @@ impl Supervisor {
         table: &FingerTable,
         active: &Active,
     ) -> Result<Kilopascals, Refusal> {
-        if matches!(self.state, State::Fault { .. }) {
-            return Err(Refusal::FaultLatched);
+        match self.state {
+            State::Fault { .. } => return Err(Refusal::FaultLatched),
+            State::Sweeping { .. } => return Err(Refusal::Sweeping),
+            _ => {}
         }
         if self.lost.is_some() {
             return Err(Refusal::LostLatched);

@@ -1,7 +1,7 @@
 //! How to grip, and what to do when something goes wrong.
 
 use crate::range::{SettingsError, micros, within};
-use crate::units::{Kilopascals, Volts};
+use crate::units::{Kilopascals, Microstrain, Volts};
 
 /// What the fingers do once the object is gone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,11 +68,13 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// `limit`: no command goes above. `ceiling_kpa`: what the finger's table and the regulator reach.
+    /// `limit`: no command goes above. `ceiling_kpa`: what the finger's table and the regulator reach. `met`:
+    /// what a free finger of the recipe shows where the fingers meet.
     pub(crate) fn validate(
         &self,
         limit: Kilopascals,
         ceiling_kpa: f32,
+        met: Option<Microstrain>,
     ) -> Result<Active, SettingsError> {
         let grip_kpa = within("grip_pressure_kpa", self.grip_pressure_kpa, 1.0, limit.0)?;
         let raise_kpa = within("regrip_raise_kpa", self.regrip_raise_kpa, 0.0, ceiling_kpa)?;
@@ -97,6 +99,7 @@ impl Settings {
             on_fault: self.on_fault,
             on_loss: self.on_loss,
             regrip_raise_kpa: raise_kpa,
+            met,
         })
     }
 }
@@ -116,4 +119,6 @@ pub struct Active {
     pub(crate) on_fault: OnFault,
     pub(crate) on_loss: OnLoss,
     pub(crate) regrip_raise_kpa: f32,
+    /// What a free finger of the recipe shows where the fingers meet; none where they do not.
+    pub(crate) met: Option<Microstrain>,
 }

@@ -30,6 +30,11 @@ pub enum State {
         /// The set-point.
         target: Kilopascals,
     },
+    /// A free-bend sweep is running: the pressure goes up and down, and nothing may be in the grip.
+    Sweeping {
+        /// The set-point.
+        target: Kilopascals,
+    },
     /// Letting the air out on command.
     Releasing {
         /// When the command came.
@@ -67,6 +72,7 @@ impl State {
             Self::Closing { target, .. }
             | Self::Holding { target, .. }
             | Self::Empty { target }
+            | Self::Sweeping { target }
             | Self::Fault { target, .. } => target,
             Self::Idle | Self::Releasing { .. } => Kilopascals(0.0),
         }

@@ -12,6 +12,12 @@ use std::vec::Vec;
 const GRIP: Command = Command::Grip(crate::Grip::Default);
 
 /// A supervisor, and what it sees: at first a gripper at rest.
+/// What a free finger shows where the fingers meet.
+fn met() -> Option<Microstrain> {
+    let meeting = FINGER.meeting_kpa?;
+    Some(crate::table::free_strain(&FINGER, Kilopascals(meeting)).0)
+}
+
 struct Bench {
     supervisor: Supervisor,
     active: Active,
@@ -31,7 +37,7 @@ impl Bench {
         let limit = Kilopascals(160.0);
         let mut bench = Self {
             supervisor: Supervisor::new(None),
-            active: settings.validate(limit, limit.0).expect("good settings"),
+            active: settings.validate(limit, limit.0, met()).expect("good settings"),
             reading: Reading {
                 gauges: [Gauge::Valid(Microstrain(0.0)); FINGERS],
                 noise_variance: [400.0; FINGERS],

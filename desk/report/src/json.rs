@@ -39,6 +39,7 @@ pub fn event(timed: &TimedEvent) -> Value {
         | Event::Regripping
         | Event::AirLoss
         | Event::Tared
+        | Event::Swept { .. }
         | Event::TareDue
         | Event::ClockInternal
         | Event::Acknowledged => {}

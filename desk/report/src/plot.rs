@@ -242,6 +242,7 @@ fn marks(run: &Run) -> Vec<(f64, RGBColor, &'static str)> {
                 Event::Contact { .. }
                 | Event::Refused(_)
                 | Event::Tared
+                | Event::Swept { .. }
                 | Event::TareDue
                 | Event::Regulator { .. }
                 | Event::ClockInternal

@@ -48,6 +48,9 @@ impl TimedEvent {
                 format!("the regulator comes {delay_ms} ms behind its command, which is learned")
             }
             Event::Tared => "gauges zeroed".into(),
+            Event::Swept { error_percent } => {
+                format!("fingers learned within {error_percent:.1} % of full scale")
+            }
             Event::TareDue => {
                 "TARE DUE: a gauge's zero has moved, or something leans on a finger".into()
             }
@@ -93,6 +96,7 @@ pub fn name(event: &Event) -> &'static str {
         Event::Refused(_) => "refused",
         Event::Regulator { .. } => "regulator",
         Event::Tared => "tared",
+        Event::Swept { .. } => "swept",
         Event::TareDue => "tare_due",
         Event::ClockInternal => "clock_internal",
         Event::Acknowledged => "acknowledged",

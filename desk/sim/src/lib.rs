@@ -25,6 +25,8 @@ pub mod run;
 
 pub mod setup;
 
+pub mod sweep;
+
 pub mod csv_dialect;
 pub mod replay;
 pub mod trace;

@@ -1,0 +1,261 @@
+//! From the curves of a sweep to the numbers of a calibration.
+//!
+//! Stiffness and gain of each finger are those that fit its curve best where it is free, weighed against what moulds and
+//! gauges are good for: fingers that meet early leave a short piece of their curve, which alone could not tell one from
+//! the other. One stiffness is tried in each tick.
+
+use super::{LEVELS, Level};
+use crate::command::SweepFault;
+use crate::estimate::Calibration;
+use crate::math::larger;
+use crate::table::{self, FingerTable};
+use crate::units::{FINGERS, Kilopascals, Microstrain};
+
+/// Fewer free levels make no curve.
+const FEWEST: usize = 3;
+/// The mean strain leaves the free curve where it rises by less than this share of what it did before …
+const KNEE: f32 = 0.5;
+/// … and the last level before that is free, too, if it still rose by this share.
+const ROUNDED: f32 = 0.8;
+/// Fingers meet between these shares of the strain at which the table says that they do; what stops them elsewhere is
+/// no finger.
+const MEETS_FROM: f32 = 0.75;
+const MEETS_UP_TO: f32 = 1.3;
+/// Error of a measured strain, as a share of full scale: hysteresis and creep that the two ways do not cancel.
+const ERROR: f32 = 0.003;
+/// Moulds are good for this share of a finger's stiffness, and gauges for this one of gain, rms.
+const STIFFNESS_SPREAD: f32 = 0.08;
+const GAIN_SPREAD: f32 = 0.05;
+/// A finger that the fit misses by this share of full scale is not this recipe's, or touches something.
+const MISSES: f32 = 0.03;
+/// Pressures on which the table's finger shows what this one does, over its own: tried from the first step to the last, …
+const TRIES: i8 = 4;
+const STEPS: [f32; 4] = [0.08, 0.02, 0.005, 0.0013];
+/// … and within these.
+const SOFTEST: f32 = 0.7;
+const STIFFEST: f32 = 1.4;
+
+/// What has become of a fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Progress {
+    /// It goes on.
+    Goes,
+    /// It is over.
+    Ended(Result<Calibration, SweepFault>),
+}
+
+/// A fit that is running.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fit {
+    found: Calibration,
+    /// Levels at which the fingers are free, from the first on.
+    free: usize,
+    /// Mean strain of the gauges where the fingers have met, µε.
+    met: Option<[f32; FINGERS]>,
+    finger: usize,
+    round: usize,
+    /// The middle of this round, and what is tried, in steps from there.
+    softness: f32,
+    step: i8,
+    best: Option<Candidate>,
+}
+
+/// A finger that was tried.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    /// One over the stiffness.
+    softness: f32,
+    gain: f32,
+    /// Sum of squared errors, each over its spread.
+    cost: f32,
+}
+
+impl Fit {
+    /// Finds where the fingers have been free.
+    pub fn of(
+        levels: &[Level; LEVELS],
+        hysteresis_kpa: f32,
+        lag_ms: [f32; 2],
+        table: &FingerTable,
+    ) -> Result<Self, SweepFault> {
+        let (free, met) = free_levels(levels, table)?;
+        Ok(Self {
+            found: Calibration {
+                gain: [1.0; FINGERS],
+                stiffness: [1.0; FINGERS],
+                meeting: None,
+                hysteresis_kpa: larger(0.0, hysteresis_kpa),
+                lag_ms,
+                error_percent: 0.0,
+            },
+            free,
+            met,
+            finger: 0,
+            round: 0,
+            softness: 1.0,
+            step: -TRIES,
+            best: None,
+        })
+    }
+
+    /// Tries one finger.
+    pub fn step(&mut self, levels: &[Level; LEVELS], table: &FingerTable) -> Progress {
+        let (Some(&width), true) = (STEPS.get(self.round), self.finger < FINGERS) else {
+            return Progress::Ended(self.finish(table));
+        };
+        let softness = self.softness + width * f32::from(self.step);
+        let free = levels.get(..self.free).unwrap_or(levels);
+        let candidate = self.candidate(softness, free, table);
+        if self.best.is_none_or(|best| candidate.cost < best.cost) {
+            self.best = Some(candidate);
+        }
+        self.step = self.step.saturating_add(1);
+        if self.step > TRIES {
+            self.step = -TRIES;
+            self.round = self.round.saturating_add(1);
+            if let Some(best) = self.best {
+                self.softness = best.softness;
+            }
+            if self.round >= STEPS.len()
+                && let Some(best) = self.best.take()
+            {
+                if let Err(fault) = self.keep(best, free, table) {
+                    return Progress::Ended(Err(fault));
+                }
+                self.finger = self.finger.saturating_add(1);
+                self.round = 0;
+                self.softness = 1.0;
+            }
+        }
+        Progress::Goes
+    }
+
+    /// The gain that fits best for a softness, and how well it does.
+    fn candidate(&self, softness: f32, free: &[Level], table: &FingerTable) -> Candidate {
+        let per_error = 1.0 / (ERROR * full_scale_ue(table));
+        let per_spread = 1.0 / GAIN_SPREAD;
+        let (mut product, mut square) = (per_spread * per_spread, per_spread * per_spread);
+        for level in free {
+            let expected = per_error * strain_ue(table, softness * level.kpa);
+            product += expected * per_error * self.strain_ue(level);
+            square += expected * expected;
+        }
+        let gain = product / square;
+        let mut cost = squared((gain - 1.0) * per_spread) + squared((softness - 1.0) / STIFFNESS_SPREAD);
+        for level in free {
+            let expected = gain * strain_ue(table, softness * level.kpa);
+            cost += squared(per_error * (expected - self.strain_ue(level)));
+        }
+        Candidate {
+            softness,
+            gain,
+            cost,
+        }
+    }
+
+    /// Strain of the finger in turn.
+    fn strain_ue(&self, level: &Level) -> f32 {
+        level.strain_ue.get(self.finger).copied().unwrap_or(0.0)
+    }
+
+    fn keep(&mut self, best: Candidate, free: &[Level], table: &FingerTable) -> Result<(), SweepFault> {
+        let full_scale_ue = full_scale_ue(table);
+        let mut error = 0.0;
+        for level in free {
+            let expected = best.gain * strain_ue(table, best.softness * level.kpa);
+            error = larger(error, (expected - self.strain_ue(level)).abs() / full_scale_ue);
+        }
+        if error > MISSES {
+            return Err(SweepFault::Shape);
+        }
+        if !(SOFTEST..=STIFFEST).contains(&best.softness) || !(SOFTEST..=STIFFEST).contains(&best.gain) {
+            return Err(SweepFault::OutOfRange);
+        }
+        self.found.error_percent = larger(self.found.error_percent, 100.0 * error);
+        if let Some(gain) = self.found.gain.get_mut(self.finger) {
+            *gain = best.gain;
+        }
+        if let Some(stiffness) = self.found.stiffness.get_mut(self.finger) {
+            *stiffness = 1.0 / best.softness;
+        }
+        Ok(())
+    }
+
+    /// Where the fingers meet, in terms of the recipe's.
+    fn finish(&self, table: &FingerTable) -> Result<Calibration, SweepFault> {
+        let mut found = self.found;
+        let Some(met) = self.met else {
+            return Ok(found);
+        };
+        let mut met_ue = 0.0;
+        for ((strain, gain), stiffness) in met.into_iter().zip(found.gain).zip(found.stiffness) {
+            // Of the recipe's finger at this bend: the same in terms of the gauge's own gain.
+            met_ue += recipes_ue(table, strain, gain, stiffness) / FINGERS as f32;
+        }
+        let (meeting, _) = table::pressure_for_strain(table, Microstrain(met_ue));
+        if let Some(nominal) = table.meeting_kpa {
+            let share = met_ue / strain_ue(table, nominal);
+            if !(MEETS_FROM..=MEETS_UP_TO).contains(&share) {
+                return Err(SweepFault::Contact);
+            }
+        }
+        found.meeting = Some(meeting);
+        Ok(found)
+    }
+}
+
+/// Strain of the recipe's finger, µε, at the pressure at which this one would show `strain` if it were free.
+fn recipes_ue(table: &FingerTable, strain: f32, gain: f32, stiffness: f32) -> f32 {
+    let (pressure, _) = table::pressure_for_strain(table, Microstrain(strain / gain));
+    strain_ue(table, stiffness * pressure.0)
+}
+
+/// How many levels are free, from the first on, and the strains at the first at which the fingers have met.
+fn free_levels(
+    levels: &[Level; LEVELS],
+    table: &FingerTable,
+) -> Result<(usize, Option<[f32; FINGERS]>), SweepFault> {
+    let (mut steepest, mut last) = (0.0, 0.0);
+    for (index, pair) in levels.windows(2).enumerate() {
+        let [low, high] = pair else { continue };
+        let rise = |level: &Level| level.strain_ue.iter().sum::<f32>();
+        let expected = strain_ue(table, high.kpa) - strain_ue(table, low.kpa);
+        let slope = (rise(high) - rise(low)) / (FINGERS as f32 * larger(expected, 1.0));
+        if index > 0 && slope < KNEE * steepest {
+            let free = match last < ROUNDED * steepest {
+                true => index,
+                false => index.saturating_add(1),
+            };
+            return match free < FEWEST {
+                true => Err(SweepFault::Contact),
+                false => Ok((free, Some(high.strain_ue))),
+            };
+        }
+        last = slope;
+        steepest = larger(steepest, slope);
+    }
+    match steepest > 0.0 {
+        true => Ok((LEVELS, None)),
+        false => Err(SweepFault::Shape),
+    }
+}
+
+fn full_scale_ue(table: &FingerTable) -> f32 {
+    larger(1.0, strain_ue(table, table.max_pressure_kpa))
+}
+
+/// Free strain of the recipe's finger, µε; beyond the table it goes on as it ends.
+fn strain_ue(table: &FingerTable, kpa: f32) -> f32 {
+    let at = |kpa: f32| table::free_strain(table, Kilopascals(kpa)).0.0;
+    let beyond_kpa = larger(0.0, kpa - table.max_pressure_kpa);
+    if beyond_kpa <= 0.0 {
+        return at(kpa);
+    }
+    let last_kpa = 0.95 * table.max_pressure_kpa;
+    let slope = (at(kpa) - at(last_kpa)) / (table.max_pressure_kpa - last_kpa);
+    at(kpa) + slope * beyond_kpa
+}
+
+fn squared(x: f32) -> f32 {
+    x * x
+}
