@@ -13,6 +13,7 @@ use silicone::Silicone;
 
 pub use calibration::Calibration;
 pub use silicone::Settings as SiliconeSettings;
+pub(crate) use silicone::loop_share;
 
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::math::{larger, smaller};

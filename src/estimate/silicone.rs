@@ -75,6 +75,18 @@ impl Settings {
     }
 }
 
+/// How wide the loop is where the pressure has fallen by so much, as a share of what it is in the end, for a table that
+/// ends at `max_kpa`.
+pub(crate) fn loop_share(fallen_kpa: f32, max_kpa: f32) -> f32 {
+    let (mut open_kpa, mut full_kpa) = (0.0, 0.0);
+    for j in 1..=PLAYS {
+        let twice_kpa = 2.0 * WIDEST * max_kpa * j as f32 / PLAYS as f32;
+        open_kpa += fallen_kpa.clamp(0.0, twice_kpa);
+        full_kpa += twice_kpa;
+    }
+    open_kpa / full_kpa
+}
+
 /// The model's constants for one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Active {

@@ -1,19 +1,19 @@
 //! The free-bend sweep: what the mounted fingers do at each pressure with nothing in the grip.
 //!
-//! The pressure goes up and down in steps and waits at each until the fingers rest. The mean of both ways is a finger's
-//! curve, their difference its hysteresis, and how the strain comes behind the pressure its lags. Fingers that meet leave
-//! their curves together; what they do before tells stiffness and gain of each ([`fit`]), and where they meet is
-//! learned, too.
+//! The pressure goes up in steps and waits at each until the fingers rest, up to where they meet or to the highest, and
+//! the same way down. The way up is a finger's curve, the difference of both its hysteresis, and how the strain comes
+//! behind the pressure its lags. [`fit`] makes stiffness and gain of each finger of it.
 
 mod fit;
 
-use fit::{Fit, Progress as Fitting};
+use fit::{Fit, Knee, Progress as Fitting};
 
 use super::Situation;
 use crate::air::{FOLLOWING_KPA, REACHED_KPA};
 use crate::command::SweepFault;
 use crate::condition::Gauge;
-use crate::estimate::Calibration;
+use crate::estimate::{Calibration, loop_share};
+use crate::math::larger;
 use crate::table::{self, FingerTable};
 use crate::units::{FINGERS, Kilopascals, TICK_US};
 
@@ -21,8 +21,6 @@ use crate::units::{FINGERS, Kilopascals, TICK_US};
 const LEVELS: usize = 12;
 /// The first is this share of the highest: below, fingers hardly strain, and so large a rise tells the regulator's delay.
 const FIRST: f32 = 0.3;
-/// The way up, the way down, and rest at both ends.
-const STOPS: u8 = 2 * LEVELS as u8 + 1;
 /// Ticks of one mean: ten periods of 50 Hz and twelve of 60 Hz.
 const WINDOW_TICKS: u16 = 200;
 /// Means at one stop, so that a sweep takes 55 s at the most.
@@ -31,10 +29,10 @@ const MOST_WINDOWS: u8 = 11;
 const RESTS: f32 = 0.001;
 /// A gauge with more noise than this, µε rms, tells no loss, and no curve.
 const NOISE_UE: f32 = 400.0;
-/// Before they have closed this far, as a share of the highest pressure, no fingers meet: lags are measured up to there, …
+/// Before they have closed this far, as a share of the highest pressure, no fingers meet: lags are measured up to there.
 const BEFORE_MEETING: f32 = 0.5;
-/// … and hysteresis on a way down that began this share above.
-const TURNED: f32 = 0.5;
+/// A way down tells hysteresis where it is at least this share of the loop.
+const TURNED: f32 = 0.3;
 
 /// Means over one window.
 #[derive(Debug, Clone, Copy, Default)]
@@ -49,11 +47,17 @@ impl Window {
     }
 }
 
-/// One pressure, and what the fingers show there: the mean of both ways.
+/// One pressure, and what the fingers show there on the way up.
 #[derive(Debug, Clone, Copy, Default)]
 struct Level {
     kpa: f32,
     strain_ue: [f32; FINGERS],
+}
+
+impl Level {
+    fn sum_ue(&self) -> f32 {
+        self.strain_ue.iter().sum()
+    }
 }
 
 /// A mean of what has been measured more than once.
@@ -87,16 +91,19 @@ pub(super) enum Progress {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sweep {
     max_kpa: f32,
-    stop: u8,
+    /// Where the pressure is, from the first level above rest on; none at rest.
+    at: Option<usize>,
+    rises: bool,
     windows: u8,
     ticks: u16,
     sums: Window,
     /// Of the present stop, and of the one before.
     last: Option<Window>,
     before: Window,
+    /// Where the way up has ended, if the fingers have met.
+    knee: Option<Knee>,
     /// Sums of pressure and strain since the stop began, beyond the stop before, …
     area: Window,
-    area_ticks: f32,
     zero_ue: [f32; FINGERS],
     levels: [Level; LEVELS],
     /// Lag of a finger while the pressure rises and while it falls, ticks.
@@ -106,35 +113,20 @@ pub(super) struct Sweep {
     fit: Option<Fit>,
 }
 
-/// Pressure of a stop, as a share of the highest, and the level's number.
-fn stop_at(stop: u8) -> (f32, Option<usize>) {
-    let stop = usize::from(stop);
-    let level = match stop <= LEVELS {
-        true => stop,
-        false => (2 * LEVELS).saturating_sub(stop),
-    };
-    match level.checked_sub(1) {
-        Some(level) => {
-            let share = FIRST + (1.0 - FIRST) * level as f32 / (LEVELS - 1) as f32;
-            (share, Some(level))
-        }
-        None => (0.0, None),
-    }
-}
-
 impl Sweep {
     /// At rest, about to go up to this pressure.
     pub fn begins(max: Kilopascals) -> Self {
         Self {
             max_kpa: max.0,
-            stop: 0,
+            at: None,
+            rises: true,
             windows: 0,
             ticks: 0,
             sums: Window::default(),
             last: None,
             before: Window::default(),
+            knee: None,
             area: Window::default(),
-            area_ticks: 0.0,
             zero_ue: [0.0; FINGERS],
             levels: [Level::default(); LEVELS],
             lag_ticks: [Mean::default(); 2],
@@ -154,9 +146,16 @@ impl Sweep {
             };
         }
         match self.measure(situation, table) {
-            Ok(()) => Progress::At(Kilopascals(self.max_kpa * stop_at(self.stop).0)),
+            Ok(()) => Progress::At(Kilopascals(self.max_kpa * self.share())),
             Err(fault) => Progress::Ended(Err(fault)),
         }
+    }
+
+    /// Where the pressure is to be, as a share of the highest.
+    fn share(&self) -> f32 {
+        self.at.map_or(0.0, |level| {
+            FIRST + (1.0 - FIRST) * level as f32 / (LEVELS - 1) as f32
+        })
     }
 
     fn measure(&mut self, situation: &Situation, table: &FingerTable) -> Result<(), SweepFault> {
@@ -181,19 +180,20 @@ impl Sweep {
             *sum += strain;
             *area += strain - before;
         }
-        self.area_ticks += 1.0;
         self.ticks = self.ticks.saturating_add(1);
         if self.ticks < WINDOW_TICKS {
             return Ok(());
         }
-        if reading.noise_variance.iter().any(|&v| v > NOISE_UE * NOISE_UE) {
-            return Err(SweepFault::Noise);
+        let is_noisy = |&variance: &f32| variance > NOISE_UE * NOISE_UE;
+        match self.window(table)? {
+            // While the fingers move, their noise is not known.
+            true if reading.noise_variance.iter().any(is_noisy) => Err(SweepFault::Noise),
+            _ => Ok(()),
         }
-        self.window(table)
     }
 
-    /// One mean more; the last one at a stop ends it.
-    fn window(&mut self, table: &FingerTable) -> Result<(), SweepFault> {
+    /// One mean more; says whether it was the last one of its stop.
+    fn window(&mut self, table: &FingerTable) -> Result<bool, SweepFault> {
         let share = 1.0 / f32::from(WINDOW_TICKS);
         let window = Window {
             kpa: share * self.sums.kpa,
@@ -202,7 +202,7 @@ impl Sweep {
         self.sums = Window::default();
         self.ticks = 0;
         self.windows = self.windows.saturating_add(1);
-        let target_kpa = self.max_kpa * stop_at(self.stop).0;
+        let target_kpa = self.max_kpa * self.share();
         let still_ue = FINGERS as f32 * RESTS * table::free_strain(table, Kilopascals(self.max_kpa)).0.0;
         let rests = self.last.is_some_and(|last| {
             (window.sum_ue() - last.sum_ue()).abs() < still_ue
@@ -211,78 +211,97 @@ impl Sweep {
         });
         self.last = Some(window);
         if !rests && self.windows < MOST_WINDOWS {
-            return Ok(());
+            return Ok(false);
         }
         if (window.kpa - target_kpa).abs() > FOLLOWING_KPA {
             return Err(SweepFault::Pressure);
         }
-        self.take(window, table);
+        let ended = self.take(window, table)?;
         self.before = window;
         self.area = Window::default();
-        self.area_ticks = 0.0;
         self.last = None;
         self.windows = 0;
-        self.stop = self.stop.saturating_add(1);
-        if self.stop >= STOPS {
-            let hysteresis_kpa = self.hysteresis_kpa.value().unwrap_or(0.0);
-            let lags_ms = self.lag_ticks.map(|lag| {
-                let ticks = lag.value().unwrap_or(0.0);
-                ticks * (TICK_US as f32 * 1e-3)
-            });
-            self.fit = Some(Fit::of(&self.levels, hysteresis_kpa, lags_ms, table)?);
+        if ended {
+            self.fit = Some(self.found());
         }
-        Ok(())
+        Ok(true)
     }
 
-    /// What the fingers show at a stop.
-    fn take(&mut self, window: Window, table: &FingerTable) {
-        let (share, level) = stop_at(self.stop);
-        let Some(index) = level else {
-            if self.stop == 0 {
-                self.zero_ue = window.strain_ue;
-            }
-            return;
+    /// What the fingers show at a stop, and the way to the next; says whether it was the last one.
+    fn take(&mut self, window: Window, table: &FingerTable) -> Result<bool, SweepFault> {
+        let Some(index) = self.at else {
+            self.zero_ue = window.strain_ue;
+            self.at = Some(0);
+            return Ok(false);
         };
-        let rises = usize::from(self.stop) <= LEVELS;
-        if self.stop > 1 && share <= BEFORE_MEETING {
-            self.time(window, rises);
+        let from_rest = index == 0 && self.rises;
+        if !from_rest && self.share() <= BEFORE_MEETING {
+            self.time(window);
         }
-        let Some(level) = self.levels.get_mut(index) else {
-            return;
-        };
         let mut strain_ue = window.strain_ue;
         for (strain, zero) in strain_ue.iter_mut().zip(self.zero_ue) {
             *strain -= zero;
         }
-        if rises {
-            *level = Level {
-                kpa: window.kpa,
-                strain_ue,
-            };
+        let here = Level {
+            kpa: window.kpa,
+            strain_ue,
+        };
+        if !self.rises {
+            self.add_way_down(index, here, table);
+            self.at = index.checked_sub(1);
+            return Ok(self.at.is_none());
+        }
+        if let Some(level) = self.levels.get_mut(index) {
+            *level = here;
+        }
+        let so_far = self.levels.get(..=index).unwrap_or(&self.levels);
+        self.knee = Knee::of(so_far, table)?;
+        self.rises = self.knee.is_none() && index + 1 < LEVELS;
+        self.at = match self.rises {
+            true => Some(index + 1),
+            false => index.checked_sub(1),
+        };
+        Ok(self.at.is_none())
+    }
+
+    /// What the fingers show on their way down, against what they did on their way up.
+    fn add_way_down(&mut self, index: usize, here: Level, table: &FingerTable) {
+        let Some(level) = self.levels.get(index) else {
             return;
+        };
+        let kpa = level.kpa;
+        let share = loop_share(self.top_kpa() - kpa, table.max_pressure_kpa);
+        // Strain per pressure as the table has it, and as much more as these fingers strain.
+        let at = |kpa: f32| table::free_strain(table, Kilopascals(kpa)).0.0;
+        let per_kpa = 0.5 * (at(kpa + 1.0) - at(kpa - 1.0)) * level.sum_ue() / larger(at(kpa), 1.0);
+        if share >= TURNED && per_kpa > 0.0 {
+            let wider_kpa = (here.sum_ue() - level.sum_ue()) / per_kpa + level.kpa - here.kpa;
+            self.hysteresis_kpa.add(wider_kpa / share);
         }
-        let (mut wider_ue, mut slope) = (0.0, 0.0);
-        for (mean, strain) in level.strain_ue.iter_mut().zip(strain_ue) {
-            wider_ue += strain - *mean;
-            *mean = 0.5 * (*mean + strain);
-            slope += *mean;
+    }
+
+    /// Highest pressure so far, kPa.
+    fn top_kpa(&self) -> f32 {
+        self.levels.iter().fold(0.0, |top, level| larger(top, level.kpa))
+    }
+
+    /// All has been seen.
+    fn found(&mut self) -> Fit {
+        let hysteresis_kpa = larger(0.0, self.hysteresis_kpa.value().unwrap_or(0.0));
+        for level in &mut self.levels {
+            // A way up from rest comes half a loop behind the middle of it, which the table means.
+            level.kpa -= 0.5 * hysteresis_kpa;
         }
-        let fell_kpa = level.kpa - window.kpa;
-        level.kpa = 0.5 * (level.kpa + window.kpa);
-        if share <= 1.0 - TURNED {
-            // Strain per pressure as the table has it, and as much more as these fingers strain.
-            let at = |kpa: f32| table::free_strain(table, Kilopascals(kpa)).0.0;
-            let per_kpa = (at(level.kpa + 1.0) - at(level.kpa - 1.0)) / 2.0;
-            let per_kpa = per_kpa * slope / at(level.kpa).max(1.0);
-            if per_kpa > 0.0 {
-                self.hysteresis_kpa.add(wider_ue / per_kpa + fell_kpa);
-            }
-        }
+        let lags_ms = self.lag_ticks.map(|lag| {
+            let ticks = lag.value().unwrap_or(0.0);
+            ticks * (TICK_US as f32 * 1e-3)
+        });
+        Fit::of(self.knee, hysteresis_kpa, lags_ms)
     }
 
     /// How far the strain came behind the pressure on the way to this stop: the area between both, each as a share of
     /// its step (Åström and Hägglund, Advanced PID Control, 2006, chapter 2: average residence time).
-    fn time(&mut self, window: Window, rises: bool) {
+    fn time(&mut self, window: Window) {
         let pressure_kpa = window.kpa - self.before.kpa;
         let strain_ue = window.sum_ue() - self.before.sum_ue();
         if pressure_kpa.abs() < REACHED_KPA || strain_ue * pressure_kpa <= 0.0 {
@@ -290,7 +309,7 @@ impl Sweep {
         }
         let ticks = self.area.kpa / pressure_kpa - self.area.sum_ue() / strain_ue;
         let [up, down] = &mut self.lag_ticks;
-        match rises {
+        match self.rises {
             true => up.add(ticks),
             false => down.add(ticks),
         }

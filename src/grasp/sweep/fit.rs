@@ -25,15 +25,16 @@ const MEETS_UP_TO: f32 = 1.3;
 const ERROR: f32 = 0.003;
 /// Moulds are good for this share of a finger's stiffness, and gauges for this one of gain, rms.
 const STIFFNESS_SPREAD: f32 = 0.08;
-const GAIN_SPREAD: f32 = 0.05;
+const GAIN_SPREAD: f32 = 0.10;
+const GAIN_MEAN: f32 = 0.9;
 /// A finger that the fit misses by this share of full scale is not this recipe's, or touches something.
 const MISSES: f32 = 0.03;
 /// Pressures on which the table's finger shows what this one does, over its own: tried from the first step to the last, …
 const TRIES: i8 = 4;
 const STEPS: [f32; 4] = [0.08, 0.02, 0.005, 0.0013];
-/// … and within these.
-const SOFTEST: f32 = 0.7;
-const STIFFEST: f32 = 1.4;
+/// … and within these, as are gains: a finger's own weight takes a tenth or two of its strain.
+const SOFTNESS: core::ops::RangeInclusive<f32> = 0.7..=1.4;
+const GAIN: core::ops::RangeInclusive<f32> = 0.6..=1.5;
 
 /// What has become of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,14 +45,20 @@ pub(super) enum Progress {
     Ended(Result<Calibration, SweepFault>),
 }
 
+/// Where the fingers have met.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Knee {
+    /// Levels at which they are free, from the first on.
+    free: usize,
+    /// What each gauge shows where they have met, µε.
+    met_ue: [f32; FINGERS],
+}
+
 /// A fit that is running.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fit {
     found: Calibration,
-    /// Levels at which the fingers are free, from the first on.
-    free: usize,
-    /// Mean strain of the gauges where the fingers have met, µε.
-    met: Option<[f32; FINGERS]>,
+    knee: Option<Knee>,
     finger: usize,
     round: usize,
     /// The middle of this round, and what is tried, in steps from there.
@@ -71,31 +78,24 @@ struct Candidate {
 }
 
 impl Fit {
-    /// Finds where the fingers have been free.
-    pub fn of(
-        levels: &[Level; LEVELS],
-        hysteresis_kpa: f32,
-        lag_ms: [f32; 2],
-        table: &FingerTable,
-    ) -> Result<Self, SweepFault> {
-        let (free, met) = free_levels(levels, table)?;
-        Ok(Self {
+    /// Of fingers that meet there, with this hysteresis and these lags.
+    pub fn of(knee: Option<Knee>, hysteresis_kpa: f32, lag_ms: [f32; 2]) -> Self {
+        Self {
             found: Calibration {
                 gain: [1.0; FINGERS],
                 stiffness: [1.0; FINGERS],
                 meeting: None,
-                hysteresis_kpa: larger(0.0, hysteresis_kpa),
+                hysteresis_kpa,
                 lag_ms,
                 error_percent: 0.0,
             },
-            free,
-            met,
+            knee,
             finger: 0,
             round: 0,
             softness: 1.0,
             step: -TRIES,
             best: None,
-        })
+        }
     }
 
     /// Tries one finger.
@@ -104,7 +104,8 @@ impl Fit {
             return Progress::Ended(self.finish(table));
         };
         let softness = self.softness + width * f32::from(self.step);
-        let free = levels.get(..self.free).unwrap_or(levels);
+        let free = self.knee.map_or(LEVELS, |knee| knee.free);
+        let free = levels.get(..free).unwrap_or(levels);
         let candidate = self.candidate(softness, free, table);
         if self.best.is_none_or(|best| candidate.cost < best.cost) {
             self.best = Some(candidate);
@@ -134,14 +135,15 @@ impl Fit {
     fn candidate(&self, softness: f32, free: &[Level], table: &FingerTable) -> Candidate {
         let per_error = 1.0 / (ERROR * full_scale_ue(table));
         let per_spread = 1.0 / GAIN_SPREAD;
-        let (mut product, mut square) = (per_spread * per_spread, per_spread * per_spread);
+        let mut product = GAIN_MEAN * per_spread * per_spread;
+        let mut square = per_spread * per_spread;
         for level in free {
             let expected = per_error * strain_ue(table, softness * level.kpa);
             product += expected * per_error * self.strain_ue(level);
             square += expected * expected;
         }
         let gain = product / square;
-        let mut cost = squared((gain - 1.0) * per_spread) + squared((softness - 1.0) / STIFFNESS_SPREAD);
+        let mut cost = squared((gain - GAIN_MEAN) * per_spread) + squared((softness - 1.0) / STIFFNESS_SPREAD);
         for level in free {
             let expected = gain * strain_ue(table, softness * level.kpa);
             cost += squared(per_error * (expected - self.strain_ue(level)));
@@ -168,7 +170,7 @@ impl Fit {
         if error > MISSES {
             return Err(SweepFault::Shape);
         }
-        if !(SOFTEST..=STIFFEST).contains(&best.softness) || !(SOFTEST..=STIFFEST).contains(&best.gain) {
+        if !SOFTNESS.contains(&best.softness) || !GAIN.contains(&best.gain) {
             return Err(SweepFault::OutOfRange);
         }
         self.found.error_percent = larger(self.found.error_percent, 100.0 * error);
@@ -184,7 +186,7 @@ impl Fit {
     /// Where the fingers meet, in terms of the recipe's.
     fn finish(&self, table: &FingerTable) -> Result<Calibration, SweepFault> {
         let mut found = self.found;
-        let Some(met) = self.met else {
+        let Some(Knee { met_ue: met, .. }) = self.knee else {
             return Ok(found);
         };
         let mut met_ue = 0.0;
@@ -210,33 +212,33 @@ fn recipes_ue(table: &FingerTable, strain: f32, gain: f32, stiffness: f32) -> f3
     strain_ue(table, stiffness * pressure.0)
 }
 
-/// How many levels are free, from the first on, and the strains at the first at which the fingers have met.
-fn free_levels(
-    levels: &[Level; LEVELS],
-    table: &FingerTable,
-) -> Result<(usize, Option<[f32; FINGERS]>), SweepFault> {
-    let (mut steepest, mut last) = (0.0, 0.0);
-    for (index, pair) in levels.windows(2).enumerate() {
-        let [low, high] = pair else { continue };
-        let rise = |level: &Level| level.strain_ue.iter().sum::<f32>();
-        let expected = strain_ue(table, high.kpa) - strain_ue(table, low.kpa);
-        let slope = (rise(high) - rise(low)) / (FINGERS as f32 * larger(expected, 1.0));
-        if index > 0 && slope < KNEE * steepest {
-            let free = match last < ROUNDED * steepest {
-                true => index,
-                false => index.saturating_add(1),
-            };
-            return match free < FEWEST {
-                true => Err(SweepFault::Contact),
-                false => Ok((free, Some(high.strain_ue))),
-            };
+impl Knee {
+    /// Whether the fingers have met at the last of these levels, on their way up.
+    pub fn of(levels: &[Level], table: &FingerTable) -> Result<Option<Self>, SweepFault> {
+        let (mut steepest, mut last) = (0.0, 0.0);
+        for (index, pair) in levels.windows(2).enumerate() {
+            let [low, high] = pair else { continue };
+            let rise_ue = high.sum_ue() - low.sum_ue();
+            let expected = strain_ue(table, high.kpa) - strain_ue(table, low.kpa);
+            let slope = rise_ue / (FINGERS as f32 * larger(expected, 1.0));
+            if slope < KNEE * steepest {
+                let rounded = last < ROUNDED * steepest;
+                let free = index.saturating_add((!rounded).into());
+                return match free < FEWEST {
+                    true => Err(SweepFault::Contact),
+                    false => Ok(Some(Self {
+                        free,
+                        met_ue: high.strain_ue,
+                    })),
+                };
+            }
+            if slope <= 0.0 {
+                return Err(SweepFault::Shape);
+            }
+            last = slope;
+            steepest = larger(steepest, slope);
         }
-        last = slope;
-        steepest = larger(steepest, slope);
-    }
-    match steepest > 0.0 {
-        true => Ok((LEVELS, None)),
-        false => Err(SweepFault::Shape),
+        Ok(None)
     }
 }
 
