@@ -45,6 +45,9 @@ pub struct Settings {
     /// Pressure at which the recipe's fingers would be bent as far as these are when they meet on the gripper's axis;
     /// 0 where the table's own is to be used.
     pub meeting_kpa: f32,
+    /// Free fingers that close until they meet lack less than this share of the strain that they show there; an object
+    /// makes them lack more.
+    pub empty_percent: f32,
     /// A finger touches when its residual exceeds this …
     pub contact_ue: f32,
     /// … plus this share of the free-bend strain, which the table may be wrong by.
@@ -59,6 +62,10 @@ impl Default for Settings {
             free_bend_gain: [1.0; FINGERS],
             stiffness: [1.0; FINGERS],
             meeting_kpa: 0.0,
+            // Of 656 random grasps in another engine, each with twelve kinds of noise, 10 % of error in the gains and an
+            // open gauge, 97 % of the empty closes lacked less, and 0.2 % of the grips of objects wider than 56 mm.
+            // Narrower spheres lie in the cage of fingers that meet, and hold nothing up.
+            empty_percent: 4.0,
             contact_ue: 500.0,
             contact_percent: 5.0,
         }
@@ -81,16 +88,14 @@ impl Settings {
             within("stiffness[1]", b, 0.7, 1.5)?,
             within("stiffness[2]", c, 0.7, 1.5)?,
         ];
+        let empty_percent = within("empty_percent", self.empty_percent, 0.1, 50.0)?;
         let meeting_kpa = within("meeting_kpa", self.meeting_kpa, 0.0, max_kpa)?;
         Ok(Active {
             silicone: silicone::Active::of(&self.silicone, max_kpa)?,
             gauge_sense: self.gauge_sense,
             castings: core::array::from_fn(|i| Casting::of(table, gains[i], stiffness[i])),
             per_free_ue: casting::per_free_ue(table),
-            meeting: match meeting_kpa > 0.0 {
-                true => Some(Kilopascals(meeting_kpa)),
-                false => table.meeting_kpa.map(Kilopascals),
-            },
+            meeting: Meeting::of(table, meeting_kpa, 0.01 * empty_percent),
             contact_ue: within("contact_ue", self.contact_ue, 1.0, 20_000.0)?,
             contact_fraction: 0.01 * within("contact_percent", self.contact_percent, 0.0, 50.0)?,
         })
@@ -105,10 +110,34 @@ pub struct Active {
     pub(crate) castings: [Casting; FINGERS],
     /// One over the table's free strain at its end, 1/µε.
     pub(crate) per_free_ue: f32,
-    /// Where free fingers meet; none where they do not.
-    pub(crate) meeting: Option<Kilopascals>,
+    /// None where free fingers do not meet.
+    pub(crate) meeting: Option<Meeting>,
     pub(crate) contact_ue: f32,
     pub(crate) contact_fraction: f32,
+}
+
+/// An empty close of fingers that meet, as their mean strain shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Meeting {
+    /// What a free finger of the recipe shows where the fingers meet, µε.
+    pub strain_ue: f32,
+    /// The fingers lack less than this on their way there, µε.
+    pub lacks_at_most_ue: f32,
+}
+
+impl Meeting {
+    /// At a pressure that is set, or at the table's; `share` of the strain there is lacked at most.
+    fn of(table: &FingerTable, set_kpa: f32, share: f32) -> Option<Self> {
+        let kpa = match set_kpa > 0.0 {
+            true => set_kpa,
+            false => table.meeting_kpa?,
+        };
+        let strain_ue = table::free_strain(table, Kilopascals(kpa)).0.0;
+        Some(Self {
+            strain_ue,
+            lacks_at_most_ue: share * strain_ue,
+        })
+    }
 }
 
 /// What the fingers feel in one tick.
@@ -185,8 +214,8 @@ impl Touch {
     }
 }
 
-/// The bend is found once in so many ticks.
-const BEND_TICKS: u8 = 4;
+/// What changes slowly is found in turns: the bend, and what each casting makes of a strain.
+const TURNS: u8 = 4;
 
 /// The shape of a free finger, and the touch of each finger.
 #[derive(Debug, Clone, Copy)]
@@ -197,12 +226,16 @@ pub struct Estimator {
     unknown_ticks: u16,
     touches: [Touch; FINGERS],
     bend: Degrees,
-    /// Ticks since the bend was found.
+    /// Whose turn it is: the bend's at one, then each finger's.
     turn: u8,
     /// What the gauge of a free finger shows; unknown before the first pressure.
     free: Option<Microstrain>,
-    /// Mean strain of the last tick, as a share of the table's free strain at its end.
-    bent: f32,
+    /// Strain of each finger over the recipe's at the strain of now, and one over that at the mean measured one: of one
+    /// finger in a tick, for they change slowly.
+    ratios: [f32; FINGERS],
+    recipes: [f32; FINGERS],
+    /// Mean strain of the last tick, µε.
+    mean_ue: f32,
 }
 
 impl Estimator {
@@ -216,7 +249,9 @@ impl Estimator {
             bend: Degrees(0.0),
             turn: 0,
             free: None,
-            bent: 0.0,
+            ratios: [1.0; FINGERS],
+            recipes: [1.0; FINGERS],
+            mean_ue: 0.0,
         }
     }
 
@@ -255,10 +290,11 @@ impl Estimator {
         let mut residual = [None; FINGERS];
         let (mut strain_sum, mut strains) = (0.0, 0.0);
         let mut mean = None;
-        let share = active.per_free_ue * free.0;
-        let fingers = reading.gauges.iter().zip(&active.castings);
+        self.turn = self.turn.wrapping_add(1) % TURNS;
+        self.take_casting(free, active);
+        let fingers = reading.gauges.iter().zip(self.ratios.iter().zip(&self.recipes));
         let results = residual.iter_mut().zip(&mut self.touches);
-        for ((gauge, casting), (slot, touch)) in fingers.zip(results) {
+        for ((gauge, (ratio, recipes)), (slot, touch)) in fingers.zip(results) {
             let strain = match *gauge {
                 Gauge::Valid(strain) => strain,
                 Gauge::Missing => continue,
@@ -269,21 +305,19 @@ impl Estimator {
                 }
             };
             let value = match active.gauge_sense {
-                GaugeSense::Bend => casting.ratio(share) * free.0 - strain.0,
+                GaugeSense::Bend => ratio * free.0 - strain.0,
                 GaugeSense::Contact => strain.0,
             };
             *slot = Some(Microstrain(value));
             touch.step(value, threshold);
-            strain_sum += strain.0 / casting.ratio(self.bent);
+            strain_sum += strain.0 * recipes;
             strains += 1.0;
         }
         if strains > 0.0 && active.gauge_sense == GaugeSense::Bend {
-            let mean_ue = strain_sum / strains;
-            self.bent = larger(0.0, smaller(1.0, active.per_free_ue * mean_ue));
-            mean = Some(Microstrain(mean_ue));
+            self.mean_ue = strain_sum / strains;
+            mean = Some(Microstrain(self.mean_ue));
         }
         // For those who look; its search is a thirtieth of a tick.
-        self.turn = self.turn.wrapping_add(1) % BEND_TICKS;
         if self.turn == 1 {
             self.bend = match (mean, active.gauge_sense) {
                 (Some(strain), _) => table::bend_for_strain(table, strain),
@@ -300,6 +334,20 @@ impl Estimator {
             bend: self.bend,
             range,
             known: self.blind_ticks < BLIND_TICKS && self.unknown_ticks == 0,
+        }
+    }
+
+    /// What the casting of the finger in turn makes of the strains of now.
+    fn take_casting(&mut self, free: Microstrain, active: &Active) {
+        let finger = usize::from(self.turn.wrapping_sub(2) % TURNS);
+        if let (Some(casting), Some(ratio), Some(recipes)) = (
+            active.castings.get(finger),
+            self.ratios.get_mut(finger),
+            self.recipes.get_mut(finger),
+        ) {
+            *ratio = casting.ratio(active.per_free_ue * free.0);
+            let bent = larger(0.0, smaller(1.0, active.per_free_ue * self.mean_ue));
+            *recipes = 1.0 / casting.ratio(bent);
         }
     }
 }

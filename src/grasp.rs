@@ -164,9 +164,7 @@ impl Supervisor {
             | State::Empty { .. }
             | State::Sweeping { .. }
             | State::Releasing { .. }
-            | State::Fault { .. } => {
-                None
-            }
+            | State::Fault { .. } => None,
         }
     }
 
@@ -193,7 +191,7 @@ impl Supervisor {
         self.report_gauges(situation.reading, events);
         self.report_zero(situation, events);
         if !self.state.is_holding() {
-            self.approach.step(situation.contact, active.met);
+            self.approach.step(situation.contact, active.meeting);
         }
         // Only what was latched before this tick can have been seen by whoever acknowledges now.
         let latched = self.state.fault();
@@ -211,9 +209,7 @@ impl Supervisor {
             | Command::Release
             | Command::Stop
             | Command::Tare
-            | Command::Sweep => {
-                Some(self.obey(now, command, situation, table, active, events))
-            }
+            | Command::Sweep => Some(self.obey(now, command, situation, table, active, events)),
         };
         // A grip that has just begun has changed nothing yet, be its pressure as near as it may.
         if !matches!(
@@ -305,7 +301,9 @@ impl Supervisor {
     ) {
         let (gripping, needed) = match purpose {
             // What they touch is one another.
-            Purpose::Grip if self.approach.is_free(contact, active.met) => (0, FINGERS_OF_A_GRIP),
+            Purpose::Grip if self.approach.is_free(contact, active.meeting) => {
+                (0, FINGERS_OF_A_GRIP)
+            }
             Purpose::Grip | Purpose::Regrip => (contact.touching_count(), FINGERS_OF_A_GRIP),
             // What two fingers hold is still held when the gauge of one of them fails.
             Purpose::Change => (

@@ -98,7 +98,6 @@ impl Settings {
         let ceiling_kpa = ceiling_kpa(front_end, table);
         let regulator = self.regulator.validate(ceiling_kpa)?;
         let finger = self.finger.validate(table)?;
-        let met = finger.meeting.map(|at| table::free_strain(table, at).0);
         Ok(Active {
             front_end: *front_end,
             air: self.air.validate()?,
@@ -106,7 +105,7 @@ impl Settings {
             detection: self.detection.validate()?,
             grip: self
                 .grip
-                .validate(regulator.max_pressure, ceiling_kpa, met)?,
+                .validate(regulator.max_pressure, ceiling_kpa, finger.meeting)?,
             regulator,
         })
     }

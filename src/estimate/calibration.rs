@@ -1,6 +1,7 @@
 //! What a free-bend sweep has found of the mounted fingers, and what becomes of it in the settings.
 
 use super::Settings;
+use crate::math::larger;
 use crate::units::{FINGERS, Kilopascals};
 
 /// What a sweep has found.
@@ -28,12 +29,11 @@ impl Settings {
         self.free_bend_gain = found.gain;
         self.stiffness = found.stiffness;
         self.meeting_kpa = found.meeting.map_or(0.0, |pressure| pressure.0);
-        self.silicone = self.silicone.measured(
-            found.lag_ms,
-            100.0 * found.hysteresis_kpa / max_kpa,
-        );
+        self.silicone = self
+            .silicone
+            .measured(found.lag_ms, 100.0 * found.hysteresis_kpa / max_kpa);
         let least = Self::default().contact_percent;
-        self.contact_percent = least.max(2.0 * found.error_percent);
+        self.contact_percent = larger(least, 2.0 * found.error_percent);
         self
     }
 }

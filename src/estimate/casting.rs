@@ -12,6 +12,7 @@
 //! 0.3 % of full scale rms. The tick takes the ratio to the table's strain as a parabola in it: one look-up does for
 //! all fingers.
 
+use crate::math::{larger, smaller};
 use crate::table::{self, FingerTable};
 use crate::units::Kilopascals;
 
@@ -28,7 +29,7 @@ pub struct Casting {
 
 /// One over the table's last free strain, 1/µε.
 pub(super) fn per_free_ue(table: &FingerTable) -> f32 {
-    1.0 / free_ue(table, table.max_pressure_kpa).max(1.0)
+    1.0 / larger(1.0, free_ue(table, table.max_pressure_kpa))
 }
 
 fn free_ue(table: &FingerTable, kpa: f32) -> f32 {
@@ -47,11 +48,11 @@ impl Casting {
             return alike;
         }
         let per_free_ue = per_free_ue(table);
-        let known_kpa = table.max_pressure_kpa * stiffness.min(1.0);
+        let known_kpa = table.max_pressure_kpa * smaller(stiffness, 1.0);
         let knot = |share: f32| {
             let kpa = share * known_kpa;
             let expected_ue = free_ue(table, kpa);
-            let ratio = gain * free_ue(table, kpa / stiffness) / expected_ue.max(1.0);
+            let ratio = gain * free_ue(table, kpa / stiffness) / larger(1.0, expected_ue);
             (per_free_ue * expected_ue, ratio)
         };
         let [(x, at_x), (y, at_y), (z, at_z)] = KNOTS.map(knot);

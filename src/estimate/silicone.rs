@@ -8,7 +8,7 @@
 //! F_j ← max(p − r_j, min(p + r_j, F_j)),   y = p + w Σ (F_j − p),   r_j = j r / 4,   j = 1…4
 //! ```
 
-use crate::math::lag_gain;
+use crate::math::{lag_gain, larger, smaller};
 use crate::range::{SettingsError, within};
 use crate::units::{Kilopascals, TICK_US};
 
@@ -68,9 +68,9 @@ impl Settings {
         // A second-order swing comes 2 ζ/ω behind.
         let swing_ms = 2e3 * self.bending_damping / (core::f32::consts::TAU * self.bending_hz);
         let [up_ms, down_ms] = lags_ms.map(|lag_ms| lag_ms - swing_ms);
-        self.inflation_lag_ms = up_ms.clamp(SHORTEST_MS, LONGEST_MS);
-        self.deflation_lag_ms = down_ms.clamp(SHORTEST_MS, LONGEST_MS);
-        self.hysteresis_percent = hysteresis_percent.clamp(0.0, WIDEST_PERCENT);
+        self.inflation_lag_ms = larger(SHORTEST_MS, smaller(up_ms, LONGEST_MS));
+        self.deflation_lag_ms = larger(SHORTEST_MS, smaller(down_ms, LONGEST_MS));
+        self.hysteresis_percent = larger(0.0, smaller(hysteresis_percent, WIDEST_PERCENT));
         self
     }
 }
@@ -81,7 +81,7 @@ pub(crate) fn loop_share(fallen_kpa: f32, max_kpa: f32) -> f32 {
     let (mut open_kpa, mut full_kpa) = (0.0, 0.0);
     for j in 1..=PLAYS {
         let twice_kpa = 2.0 * WIDEST * max_kpa * j as f32 / PLAYS as f32;
-        open_kpa += fallen_kpa.clamp(0.0, twice_kpa);
+        open_kpa += larger(0.0, smaller(fallen_kpa, twice_kpa));
         full_kpa += twice_kpa;
     }
     open_kpa / full_kpa
@@ -110,9 +110,24 @@ impl Active {
     /// # Errors
     /// The first setting that is out of its range.
     pub fn of(settings: &Settings, max_kpa: f32) -> Result<Self, SettingsError> {
-        let up_ms = within("inflation_lag_ms", settings.inflation_lag_ms, SHORTEST_MS, LONGEST_MS)?;
-        let down_ms = within("deflation_lag_ms", settings.deflation_lag_ms, SHORTEST_MS, LONGEST_MS)?;
-        let hysteresis = within("hysteresis_percent", settings.hysteresis_percent, 0.0, WIDEST_PERCENT)?;
+        let up_ms = within(
+            "inflation_lag_ms",
+            settings.inflation_lag_ms,
+            SHORTEST_MS,
+            LONGEST_MS,
+        )?;
+        let down_ms = within(
+            "deflation_lag_ms",
+            settings.deflation_lag_ms,
+            SHORTEST_MS,
+            LONGEST_MS,
+        )?;
+        let hysteresis = within(
+            "hysteresis_percent",
+            settings.hysteresis_percent,
+            0.0,
+            WIDEST_PERCENT,
+        )?;
         let creep = within("creep_percent", settings.creep_percent, 0.0, WIDEST_PERCENT)?;
         let creep_s = within("creep_time_s", settings.creep_time_s, 0.1, 600.0)?;
         let bending_hz = within("bending_hz", settings.bending_hz, 0.1, 50.0)?;
@@ -129,7 +144,7 @@ impl Active {
             creep: 0.01 * creep,
             creep_gain: lag_gain(1e3 * creep_s),
             bending: [omega_dt * omega_dt, 2.0 * damping * omega_dt],
-            known_after_ticks: (KNOWN_AFTER * up_ms.max(down_ms) * 1e3 / TICK_US as f32) as u16,
+            known_after_ticks: (KNOWN_AFTER * larger(up_ms, down_ms) * 1e3 / TICK_US as f32) as u16,
         })
     }
 }

@@ -6,9 +6,8 @@
 //! and the others less. A finger that inflates faster than its model lacks nothing; a slower one does, and its empty
 //! close passes for a grip.
 
-use crate::estimate::Contact;
+use crate::estimate::{Contact, Meeting};
 use crate::math::{lag_gain, larger, smaller};
-use crate::units::Microstrain;
 
 /// Averaging of the strains, ms.
 const AVERAGE_MS: f32 = 10.0;
@@ -19,10 +18,6 @@ const OPEN: f32 = 0.3;
 const JUDGED: f32 = 0.4;
 /// … up to this share of what a weightless finger shows.
 const WEIGHT: f32 = 0.15;
-/// Free fingers lack less than this share of that strain. Of 656 random grasps in another engine, each with twelve kinds
-/// of noise, 10 % of error in the gains and an open gauge, 97 % of the empty closes were below, and 0.2 % of the grips
-/// of objects wider than 56 mm. Narrower spheres lie in the cage of fingers that meet, and hold nothing up.
-const LACKS_AT_MOST: f32 = 0.04;
 /// Beyond this share of the strain at which they meet, …
 const BEYOND: f32 = 1.15;
 /// … fingers that have this share less than free ones bend around something small. Fingers that have met press on one
@@ -72,11 +67,12 @@ impl Approach {
     }
 
     /// Takes one tick in which nothing is held.
-    /// `met`: strain of a free finger where the fingers meet; none where they do not.
-    pub fn step(&mut self, contact: &Contact, met: Option<Microstrain>) {
-        let (Some(mean), Some(Microstrain(met_ue))) = (contact.mean, met) else {
+    /// `meeting`: none where free fingers do not meet.
+    pub fn step(&mut self, contact: &Contact, meeting: Option<Meeting>) {
+        let (Some(mean), Some(meeting)) = (contact.mean, meeting) else {
             return;
         };
+        let met_ue = meeting.strain_ue;
         let (mean_ue, free_ue) = (mean.0, contact.free.0);
         let lack_ue = self.weighted * smaller(free_ue, met_ue) - mean_ue;
         if free_ue < OPEN * met_ue {
@@ -109,10 +105,11 @@ impl Approach {
     }
 
     /// Whether the fingers have closed freely, and are free or have met.
-    pub fn is_free(&self, contact: &Contact, met: Option<Microstrain>) -> bool {
-        let (Some(lacked_ue), Some(Microstrain(met_ue))) = (self.lacked_ue, met) else {
+    pub fn is_free(&self, contact: &Contact, meeting: Option<Meeting>) -> bool {
+        let (Some(lacked_ue), Some(meeting)) = (self.lacked_ue, meeting) else {
             return false;
         };
+        let met_ue = meeting.strain_ue;
         let free_ue = contact.free.0;
 
         if self.mean_ue > PASSED * met_ue {
@@ -126,27 +123,30 @@ impl Approach {
         if hides && back_ue < BENDS_BACK * met_ue {
             return false;
         }
-        lacked_ue < LACKS_AT_MOST * met_ue
+        lacked_ue < meeting.lacks_at_most_ue
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::Settings;
     use crate::table::{self, FINGER, Range};
-    use crate::units::{Degrees, FINGERS, Kilopascals};
+    use crate::units::{Degrees, FINGERS, Kilopascals, Microstrain};
 
     /// What a free finger shows at 140 kPa, µε.
     fn far_ue() -> f32 {
         table::free_strain(&FINGER, Kilopascals(140.0)).0.0
     }
 
-    /// What a free finger shows where the fingers meet.
-    fn met() -> Option<Microstrain> {
-        Some(Microstrain(met_ue()))
+    fn met() -> Option<Meeting> {
+        Settings::default()
+            .validate(&FINGER)
+            .expect("valid")
+            .meeting
     }
 
-    /// The same, µε.
+    /// What a free finger shows where the fingers meet, µε.
     fn met_ue() -> f32 {
         let meeting = FINGER.meeting_kpa.expect("fingers that meet");
         table::free_strain(&FINGER, Kilopascals(meeting)).0.0
@@ -168,7 +168,7 @@ mod tests {
     /// another in two seconds and then stay for one.
     fn close(
         approach: &mut Approach,
-        met: Option<Microstrain>,
+        met: Option<Meeting>,
         [from_ue, to_ue]: [f32; 2],
         mean: impl Fn(f32) -> f32,
     ) -> bool {

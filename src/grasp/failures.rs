@@ -125,7 +125,9 @@ impl Supervisor {
             | State::Sweeping { .. }
             | State::Releasing { .. } => {
                 if matches!(self.state, State::Sweeping { .. }) {
-                    events.add(Event::Refused(Refusal::SweepRejected(SweepFault::Interrupted)));
+                    events.add(Event::Refused(Refusal::SweepRejected(
+                        SweepFault::Interrupted,
+                    )));
                 }
                 self.state = State::Fault {
                     fault,

@@ -1,7 +1,8 @@
 //! How to grip, and what to do when something goes wrong.
 
+use crate::estimate::Meeting;
 use crate::range::{SettingsError, micros, within};
-use crate::units::{Kilopascals, Microstrain, Volts};
+use crate::units::{Kilopascals, Volts};
 
 /// What the fingers do once the object is gone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,13 +69,13 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// `limit`: no command goes above. `ceiling_kpa`: what the finger's table and the regulator reach. `met`:
-    /// what a free finger of the recipe shows where the fingers meet.
+    /// `limit`: no command goes above. `ceiling_kpa`: what the finger's table and the regulator reach. `meeting`:
+    /// none where free fingers do not meet.
     pub(crate) fn validate(
         &self,
         limit: Kilopascals,
         ceiling_kpa: f32,
-        met: Option<Microstrain>,
+        meeting: Option<Meeting>,
     ) -> Result<Active, SettingsError> {
         let grip_kpa = within("grip_pressure_kpa", self.grip_pressure_kpa, 1.0, limit.0)?;
         let raise_kpa = within("regrip_raise_kpa", self.regrip_raise_kpa, 0.0, ceiling_kpa)?;
@@ -99,7 +100,7 @@ impl Settings {
             on_fault: self.on_fault,
             on_loss: self.on_loss,
             regrip_raise_kpa: raise_kpa,
-            met,
+            meeting,
         })
     }
 }
@@ -119,6 +120,6 @@ pub struct Active {
     pub(crate) on_fault: OnFault,
     pub(crate) on_loss: OnLoss,
     pub(crate) regrip_raise_kpa: f32,
-    /// What a free finger of the recipe shows where the fingers meet; none where they do not.
-    pub(crate) met: Option<Microstrain>,
+    /// None where free fingers do not meet.
+    pub(crate) meeting: Option<Meeting>,
 }

@@ -203,7 +203,8 @@ impl Sweep {
         self.ticks = 0;
         self.windows = self.windows.saturating_add(1);
         let target_kpa = self.max_kpa * self.share();
-        let still_ue = FINGERS as f32 * RESTS * table::free_strain(table, Kilopascals(self.max_kpa)).0.0;
+        let still_ue =
+            FINGERS as f32 * RESTS * table::free_strain(table, Kilopascals(self.max_kpa)).0.0;
         let rests = self.last.is_some_and(|last| {
             (window.sum_ue() - last.sum_ue()).abs() < still_ue
                 && (window.kpa - last.kpa).abs() < 0.1 * REACHED_KPA
@@ -282,7 +283,9 @@ impl Sweep {
 
     /// Highest pressure so far, kPa.
     fn top_kpa(&self) -> f32 {
-        self.levels.iter().fold(0.0, |top, level| larger(top, level.kpa))
+        self.levels
+            .iter()
+            .fold(0.0, |top, level| larger(top, level.kpa))
     }
 
     /// All has been seen.

@@ -12,12 +12,6 @@ use std::vec::Vec;
 const GRIP: Command = Command::Grip(crate::Grip::Default);
 
 /// A supervisor, and what it sees: at first a gripper at rest.
-/// What a free finger shows where the fingers meet.
-fn met() -> Option<Microstrain> {
-    let meeting = FINGER.meeting_kpa?;
-    Some(crate::table::free_strain(&FINGER, Kilopascals(meeting)).0)
-}
-
 struct Bench {
     supervisor: Supervisor,
     active: Active,
@@ -35,9 +29,13 @@ impl Bench {
         let mut settings = Settings::default();
         change(&mut settings);
         let limit = Kilopascals(160.0);
+        let finger = crate::estimate::Settings::default().validate(&FINGER);
+        let meeting = finger.expect("the defaults").meeting;
         let mut bench = Self {
             supervisor: Supervisor::new(None),
-            active: settings.validate(limit, limit.0, met()).expect("good settings"),
+            active: settings
+                .validate(limit, limit.0, meeting)
+                .expect("good settings"),
             reading: Reading {
                 gauges: [Gauge::Valid(Microstrain(0.0)); FINGERS],
                 noise_variance: [400.0; FINGERS],

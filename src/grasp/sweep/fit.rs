@@ -143,7 +143,8 @@ impl Fit {
             square += expected * expected;
         }
         let gain = product / square;
-        let mut cost = squared((gain - GAIN_MEAN) * per_spread) + squared((softness - 1.0) / STIFFNESS_SPREAD);
+        let mut cost =
+            squared((gain - GAIN_MEAN) * per_spread) + squared((softness - 1.0) / STIFFNESS_SPREAD);
         for level in free {
             let expected = gain * strain_ue(table, softness * level.kpa);
             cost += squared(per_error * (expected - self.strain_ue(level)));
@@ -160,12 +161,20 @@ impl Fit {
         level.strain_ue.get(self.finger).copied().unwrap_or(0.0)
     }
 
-    fn keep(&mut self, best: Candidate, free: &[Level], table: &FingerTable) -> Result<(), SweepFault> {
+    fn keep(
+        &mut self,
+        best: Candidate,
+        free: &[Level],
+        table: &FingerTable,
+    ) -> Result<(), SweepFault> {
         let full_scale_ue = full_scale_ue(table);
         let mut error = 0.0;
         for level in free {
             let expected = best.gain * strain_ue(table, best.softness * level.kpa);
-            error = larger(error, (expected - self.strain_ue(level)).abs() / full_scale_ue);
+            error = larger(
+                error,
+                (expected - self.strain_ue(level)).abs() / full_scale_ue,
+            );
         }
         if error > MISSES {
             return Err(SweepFault::Shape);
