@@ -36,6 +36,8 @@ pub struct Outputs {
 /// The controller. The firmware, the simulated gripper, the replay of traces and the tests all call
 /// [`Controller::step`] and nothing else.
 #[derive(Debug, Clone)]
+// What every tick uses comes first: an instruction loads a number from the first 1020 bytes alone.
+#[repr(C)]
 pub struct Controller {
     table: &'static FingerTable,
     active: Active,
@@ -45,12 +47,12 @@ pub struct Controller {
     estimator: Estimator,
     zero: Zero,
     detector: Detector,
-    supervisor: Supervisor,
     regulator: Regulator,
     /// Noise of each gauge, rms. It is an average over 250 ms, so one root in a tick is enough.
     noise: [Microstrain; FINGERS],
     /// Whose turn it is: of none, then of each gauge.
     turn: usize,
+    supervisor: Supervisor,
 }
 
 /// Ticks in which every gauge has its turn.

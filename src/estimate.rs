@@ -292,7 +292,10 @@ impl Estimator {
         let mut mean = None;
         self.turn = self.turn.wrapping_add(1) % TURNS;
         self.take_casting(free, active);
-        let fingers = reading.gauges.iter().zip(self.ratios.iter().zip(&self.recipes));
+        let fingers = reading
+            .gauges
+            .iter()
+            .zip(self.ratios.iter().zip(&self.recipes));
         let results = residual.iter_mut().zip(&mut self.touches);
         for ((gauge, (ratio, recipes)), (slot, touch)) in fingers.zip(results) {
             let strain = match *gauge {

@@ -65,6 +65,8 @@ const RELEASE_LIMIT_US: u64 = 1_000_000;
 
 /// The supervisor.
 #[derive(Debug, Clone, Copy)]
+// As in the controller: what few ticks use comes last.
+#[repr(C)]
 pub struct Supervisor {
     state: State,
     lost: Option<Loss>,

@@ -32,6 +32,8 @@ pub(super) fn per_free_ue(table: &FingerTable) -> f32 {
     1.0 / larger(1.0, free_ue(table, table.max_pressure_kpa))
 }
 
+// Not inlined: the image has little room.
+#[inline(never)]
 fn free_ue(table: &FingerTable, kpa: f32) -> f32 {
     table::free_strain(table, Kilopascals(kpa)).0.0
 }

@@ -6,7 +6,7 @@
 
 mod fit;
 
-use fit::{Fit, Knee, Progress as Fitting};
+use fit::{Fit, Knee, Progress as Fitting, strain_ue};
 
 use super::Situation;
 use crate::air::{FOLLOWING_KPA, REACHED_KPA};
@@ -14,7 +14,7 @@ use crate::command::SweepFault;
 use crate::condition::Gauge;
 use crate::estimate::{Calibration, loop_share};
 use crate::math::larger;
-use crate::table::{self, FingerTable};
+use crate::table::FingerTable;
 use crate::units::{FINGERS, Kilopascals, TICK_US};
 
 /// Pressures of the sweep beside zero.
@@ -203,8 +203,7 @@ impl Sweep {
         self.ticks = 0;
         self.windows = self.windows.saturating_add(1);
         let target_kpa = self.max_kpa * self.share();
-        let still_ue =
-            FINGERS as f32 * RESTS * table::free_strain(table, Kilopascals(self.max_kpa)).0.0;
+        let still_ue = FINGERS as f32 * RESTS * strain_ue(table, self.max_kpa);
         let rests = self.last.is_some_and(|last| {
             (window.sum_ue() - last.sum_ue()).abs() < still_ue
                 && (window.kpa - last.kpa).abs() < 0.1 * REACHED_KPA
@@ -273,7 +272,7 @@ impl Sweep {
         let kpa = level.kpa;
         let share = loop_share(self.top_kpa() - kpa, table.max_pressure_kpa);
         // Strain per pressure as the table has it, and as much more as these fingers strain.
-        let at = |kpa: f32| table::free_strain(table, Kilopascals(kpa)).0.0;
+        let at = |kpa: f32| strain_ue(table, kpa);
         let per_kpa = 0.5 * (at(kpa + 1.0) - at(kpa - 1.0)) * level.sum_ue() / larger(at(kpa), 1.0);
         if share >= TURNED && per_kpa > 0.0 {
             let wider_kpa = (here.sum_ue() - level.sum_ue()) / per_kpa + level.kpa - here.kpa;

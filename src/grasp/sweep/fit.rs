@@ -132,6 +132,7 @@ impl Fit {
     }
 
     /// The gain that fits best for a softness, and how well it does.
+    #[inline(never)]
     fn candidate(&self, softness: f32, free: &[Level], table: &FingerTable) -> Candidate {
         let per_error = 1.0 / (ERROR * full_scale_ue(table));
         let per_spread = 1.0 / GAIN_SPREAD;
@@ -256,7 +257,9 @@ fn full_scale_ue(table: &FingerTable) -> f32 {
 }
 
 /// Free strain of the recipe's finger, µε; beyond the table it goes on as it ends.
-fn strain_ue(table: &FingerTable, kpa: f32) -> f32 {
+// Here and below not inlined: a sweep has time, and the image little room.
+#[inline(never)]
+pub(super) fn strain_ue(table: &FingerTable, kpa: f32) -> f32 {
     let at = |kpa: f32| table::free_strain(table, Kilopascals(kpa)).0.0;
     let beyond_kpa = larger(0.0, kpa - table.max_pressure_kpa);
     if beyond_kpa <= 0.0 {
