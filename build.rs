@@ -27,6 +27,7 @@ fn make_tables(recipe: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let default = Path::new(env!("CARGO_MANIFEST_DIR")).join(DEFAULT_RECIPE);
     println!("cargo::rerun-if-changed={}", default.display());
     let wanted = table(recipe)?;
+    std::fs::write(out.join("factory_settings.rs"), "[]")?;
     std::fs::write(out.join("finger_table.rs"), &wanted)?;
     let default = match recipe == default {
         true => wanted,

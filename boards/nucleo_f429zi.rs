@@ -14,7 +14,7 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peri, Peripherals, bind_interrupts, dma, interrupt, pac};
 use softgrip::RawFrame;
-use softgrip::frontend::{self, FrontEnd};
+use softgrip::frontend;
 use softgrip::inputs::Levels;
 use softgrip::scan::{self, CHANNELS};
 use softgrip::telemetry::Indicators;
@@ -23,9 +23,6 @@ use softgrip::units::DacCode;
 use crate::links::HIGH_PRIORITY;
 
 pub const NAME: &str = "NUCLEO-F429ZI";
-
-/// What one code means. Another amplifier or divider: another constant here.
-pub const FRONT_END: FrontEnd = FrontEnd::REFERENCE;
 
 /// No pressure.
 const SAFE: DacCode = DacCode(0);

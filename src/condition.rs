@@ -134,12 +134,13 @@ impl Conditioner {
         expected: &Expected,
     ) -> [Gauge; FINGERS] {
         let mut gauges = [Gauge::Missing; FINGERS];
-        let channels = self.channels.iter_mut().zip(&frame.gauges);
-        let channels = gauges.iter_mut().zip(channels.zip(expected.zero_ue));
+        let channels = self.channels.iter_mut().zip(&front_end.gauges);
+        let codes = frame.gauges.iter().zip(expected.zero_ue);
+        let channels = gauges.iter_mut().zip(channels.zip(codes));
         if frame.carried {
             self.spacing += 1.0;
-            for (gauge, ((channel, &code), zero_ue)) in channels {
-                *gauge = channel.carry(code, front_end, zero_ue);
+            for (gauge, ((channel, input), (&code, zero_ue))) in channels {
+                *gauge = channel.carry(code, input, zero_ue);
             }
             return gauges;
         }
@@ -151,8 +152,8 @@ impl Conditioner {
         } else {
             &self.gains
         };
-        for (gauge, ((channel, &code), zero_ue)) in channels {
-            *gauge = channel.step(code, front_end, zero_ue, expected.free_strain, gains);
+        for (gauge, ((channel, input), (&code, zero_ue))) in channels {
+            *gauge = channel.step(code, input, zero_ue, expected.free_strain, gains);
         }
         gauges
     }

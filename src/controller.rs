@@ -95,7 +95,7 @@ impl Controller {
             conditioner: Conditioner::new(),
             air: AirModel::new(),
             estimator: Estimator::new(),
-            zero: Zero::new(),
+            zero: Zero::starting_at(active.tare_ue),
             detector: Detector::new(),
             supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
@@ -104,14 +104,24 @@ impl Controller {
         }
     }
 
+    /// What the last tare measured of each gauge, µε; what the settings said before one.
+    pub fn tare_ue(&self) -> [f32; FINGERS] {
+        self.zero.tare_ue()
+    }
+
+    /// Takes other settings, all at once, from the next tick on. What is running goes on: a grip keeps its pressure
+    /// unless that is above the new limit, and moves at the new slew; a hold keeps its plateau and is judged by the new
+    /// limits; latches and timers stay. Where the tare of a gauge is another one, every zero starts anew.
+    pub fn apply(&mut self, active: Active) {
+        if active.tare_ue != self.active.tare_ue {
+            self.zero = Zero::starting_at(active.tare_ue);
+        }
+        self.active = active;
+    }
+
     /// The settings in use.
     pub fn active(&self) -> &Active {
         &self.active
-    }
-
-    /// Other settings from the next tick on. What the stages remember stays: a grip goes on, towards its target of before.
-    pub fn apply(&mut self, active: Active) {
-        self.active = active;
     }
 
     /// What a sweep has found, once: to be made settings ([`Settings::calibrated`](crate::settings::Settings::calibrated))

@@ -17,7 +17,6 @@ pub(crate) use silicone::loop_share;
 
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::math::{larger, smaller};
-use crate::range::{SettingsError, within};
 use crate::table::{self, FingerTable, Range};
 use crate::units::{Degrees, FINGERS, Kilopascals, Microstrain};
 
@@ -54,6 +53,11 @@ pub struct Settings {
     pub contact_percent: f32,
 }
 
+impl GaugeSense {
+    /// Every one of them, in the order of their words in the settings file.
+    pub const ALL: [Self; 2] = [Self::Bend, Self::Contact];
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -73,32 +77,19 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// For fingers of this table.
-    pub(crate) fn validate(&self, table: &FingerTable) -> Result<Active, SettingsError> {
-        let max_kpa = table.max_pressure_kpa;
-        let [a, b, c] = self.free_bend_gain;
-        let gains = [
-            within("free_bend_gain[0]", a, 0.5, 2.0)?,
-            within("free_bend_gain[1]", b, 0.5, 2.0)?,
-            within("free_bend_gain[2]", c, 0.5, 2.0)?,
-        ];
-        let [a, b, c] = self.stiffness;
-        let stiffness = [
-            within("stiffness[0]", a, 0.7, 1.5)?,
-            within("stiffness[1]", b, 0.7, 1.5)?,
-            within("stiffness[2]", c, 0.7, 1.5)?,
-        ];
-        let empty_percent = within("empty_percent", self.empty_percent, 0.1, 50.0)?;
-        let meeting_kpa = within("meeting_kpa", self.meeting_kpa, 0.0, max_kpa)?;
-        Ok(Active {
-            silicone: silicone::Active::of(&self.silicone, max_kpa)?,
+    /// Of settings that are in their ranges, for fingers of this table.
+    pub(crate) fn active(&self, table: &FingerTable) -> Active {
+        Active {
+            silicone: silicone::Active::of(&self.silicone, table.max_pressure_kpa),
             gauge_sense: self.gauge_sense,
-            castings: core::array::from_fn(|i| Casting::of(table, gains[i], stiffness[i])),
+            castings: core::array::from_fn(|i| {
+                Casting::of(table, self.free_bend_gain[i], self.stiffness[i])
+            }),
             per_free_ue: casting::per_free_ue(table),
-            meeting: Meeting::of(table, meeting_kpa, 0.01 * empty_percent),
-            contact_ue: within("contact_ue", self.contact_ue, 1.0, 20_000.0)?,
-            contact_fraction: 0.01 * within("contact_percent", self.contact_percent, 0.0, 50.0)?,
-        })
+            meeting: Meeting::of(table, self.meeting_kpa, 0.01 * self.empty_percent),
+            contact_ue: self.contact_ue,
+            contact_fraction: 0.01 * self.contact_percent,
+        }
     }
 }
 

@@ -3,21 +3,122 @@
 //! Both directions stand here, so that the simulated gripper and the firmware cannot disagree.
 
 use crate::math::{larger, smaller};
-use crate::units::{AdcCode, DacCode, Kilopascals, Microstrain, Millivolts, Volts};
+use crate::units::{AdcCode, DacCode, FINGERS, Kilopascals, Microstrain, Millivolts, Volts};
 
-/// Scale of every analogue channel. `boards/README.md` shows the circuit.
+/// What the converters' volts mean: amplifiers, dividers and regulator. `boards/README.md` shows the circuit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Output of a gauge's amplifier without strain.
+    pub gauge_zero_v: f32,
+    /// By so much it differs from that at full scale.
+    pub gauge_full_scale_v: f32,
+    /// Strain at full scale, up to which the amplifier is linear, either way.
+    pub gauge_full_scale_ue: f32,
+    /// Below this a gauge is shorted.
+    pub gauge_short_below_v: f32,
+    /// Above this a gauge is open.
+    pub gauge_open_above_v: f32,
+    /// The regulator's monitor at its full scale, as it arrives at the converter.
+    pub monitor_full_scale_v: f32,
+    /// Above this the monitor's wire carries something else than its signal.
+    pub monitor_high_above_v: f32,
+    /// Supply voltage over that at the converter.
+    pub supply_divider: f32,
+    /// Full scale of the regulator, for command and monitor.
+    pub regulator_full_scale_kpa: f32,
+    /// The converter's output that commands full scale.
+    pub command_full_scale_v: f32,
+}
+
+impl Settings {
+    /// The circuit of `boards/README.md`, which every supported board carries.
+    pub const REFERENCE: Self = Self {
+        gauge_zero_v: 1.65,
+        gauge_full_scale_v: 1.5,
+        gauge_full_scale_ue: 20_000.0,
+        // The amplifier's swing ends at 0.12 and 3.18 V; a shorted input pulls it to ground, a
+        // pull-up takes an open one to the rail.
+        gauge_short_below_v: 0.05,
+        gauge_open_above_v: 3.2,
+        // 10 V is 200 kPa and arrives as 3 V.
+        monitor_full_scale_v: 3.0,
+        monitor_high_above_v: 3.2,
+        // 100 kΩ : 10 kΩ.
+        supply_divider: 11.0,
+        regulator_full_scale_kpa: 200.0,
+        // 3 V makes 10 V, which is 200 kPa.
+        command_full_scale_v: 3.0,
+    };
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::REFERENCE
+    }
+}
+
+/// Gain and zero of each gauge, beyond the front end's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaugeSettings {
+    /// Strain of each gauge over what the front end's full scale makes of it.
+    pub gain: [f32; FINGERS],
+    /// Strain that each gauge shows at rest, as the last tare measured it.
+    pub tare_ue: [f32; FINGERS],
+}
+
+impl Default for GaugeSettings {
+    fn default() -> Self {
+        Self {
+            gain: [1.0; FINGERS],
+            tare_ue: [0.0; FINGERS],
+        }
+    }
+}
+
+/// Scale of one gauge's channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaugeInput {
+    /// Code of an unstrained gauge.
+    pub zero: f32,
+    /// Strain of one code, µε.
+    pub ue_per_code: f32,
+    /// The amplifier is linear up to here, µε, either way.
+    pub full_scale: Microstrain,
+    /// Below this the gauge is shorted.
+    pub short_below: AdcCode,
+    /// Above this the gauge is open.
+    pub open_above: AdcCode,
+}
+
+impl GaugeInput {
+    const fn of(settings: &Settings, gain: f32) -> Self {
+        let full_scale_ue = gain * settings.gauge_full_scale_ue;
+        Self {
+            zero: settings.gauge_zero_v / V_PER_ADC_CODE,
+            ue_per_code: V_PER_ADC_CODE * full_scale_ue / settings.gauge_full_scale_v,
+            full_scale: Microstrain(full_scale_ue),
+            short_below: AdcCode((settings.gauge_short_below_v / V_PER_ADC_CODE) as u16),
+            open_above: AdcCode((settings.gauge_open_above_v / V_PER_ADC_CODE) as u16),
+        }
+    }
+
+    /// Strain of a code, before tare.
+    pub fn strain(&self, code: AdcCode) -> Microstrain {
+        Microstrain((f32::from(code.0) - self.zero) * self.ue_per_code)
+    }
+
+    /// The code of a strain, not yet quantised: what the amplifier puts out. It clips 2 % beyond full scale.
+    pub fn code(&self, strain: Microstrain) -> f32 {
+        let clip = 1.02 * self.full_scale.0;
+        strain.0.clamp(-clip, clip) / self.ue_per_code + self.zero
+    }
+}
+
+/// Scale of every analogue channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrontEnd {
-    /// Code of an unstrained gauge.
-    pub gauge_zero: f32,
-    /// Strain of one code, µε.
-    pub gauge_ue_per_code: f32,
-    /// The amplifier is linear up to here, µε, either way.
-    pub gauge_full_scale: Microstrain,
-    /// Below this the gauge is shorted.
-    pub gauge_short_below: AdcCode,
-    /// Above this the gauge is open.
-    pub gauge_open_above: AdcCode,
+    /// One gauge per finger.
+    pub gauges: [GaugeInput; FINGERS],
     /// Pressure of one code of the regulator's monitor, kPa.
     pub monitor_kpa_per_code: f32,
     /// Above this the monitor's wire carries something else than its signal.
@@ -80,29 +181,25 @@ pub fn rail_factor(rail: Millivolts) -> f32 {
 }
 
 impl FrontEnd {
-    /// The front end of `boards/README.md`, which every supported board carries.
-    pub const REFERENCE: Self = Self {
-        // 1.65 V is no strain, ±1.5 V is ±20 000 µε.
-        gauge_zero: 1.65 / V_PER_ADC_CODE,
-        gauge_ue_per_code: V_PER_ADC_CODE * 20_000.0 / 1.5,
-        gauge_full_scale: Microstrain(20_000.0),
-        // The amplifier's swing ends at 0.12 and 3.18 V; a shorted input pulls it to ground, a
-        // pull-up takes an open one to the rail.
-        gauge_short_below: AdcCode((0.05 / V_PER_ADC_CODE) as u16),
-        gauge_open_above: AdcCode((3.2 / V_PER_ADC_CODE) as u16),
-        // 10 V is 200 kPa and arrives as 3 V.
-        monitor_kpa_per_code: V_PER_ADC_CODE * 200.0 / 3.0,
-        monitor_high_above: AdcCode((3.2 / V_PER_ADC_CODE) as u16),
-        // Divider 100 kΩ : 10 kΩ.
-        supply_v_per_code: V_PER_ADC_CODE * 11.0,
-        // 3 V makes 10 V, which is 200 kPa.
-        command_codes_per_kpa: 4096.0 / VREF * 3.0 / 200.0,
-        regulator_full_scale: Kilopascals(200.0),
-    };
+    /// The front end of [`Settings::REFERENCE`] with gauges as it makes them.
+    pub const REFERENCE: Self = Self::of(&Settings::REFERENCE, [1.0; FINGERS]);
 
-    /// Strain of a gauge code, before tare.
-    pub fn strain(&self, code: AdcCode) -> Microstrain {
-        Microstrain((f32::from(code.0) - self.gauge_zero) * self.gauge_ue_per_code)
+    /// The front end of these settings, with gauges of this gain.
+    pub const fn of(settings: &Settings, gain: [f32; FINGERS]) -> Self {
+        let [a, b, c] = gain;
+        let full_scale_kpa = settings.regulator_full_scale_kpa;
+        Self {
+            gauges: [
+                GaugeInput::of(settings, a),
+                GaugeInput::of(settings, b),
+                GaugeInput::of(settings, c),
+            ],
+            monitor_kpa_per_code: V_PER_ADC_CODE * full_scale_kpa / settings.monitor_full_scale_v,
+            monitor_high_above: AdcCode((settings.monitor_high_above_v / V_PER_ADC_CODE) as u16),
+            supply_v_per_code: V_PER_ADC_CODE * settings.supply_divider,
+            command_codes_per_kpa: 4096.0 / VREF * settings.command_full_scale_v / full_scale_kpa,
+            regulator_full_scale: Kilopascals(full_scale_kpa),
+        }
     }
 
     /// Pressure of a monitor code.
@@ -121,13 +218,6 @@ impl FrontEnd {
         // `max` returns the number where the other is a NaN; the cast saturates.
         let pressure = smaller(larger(pressure.0, 0.0), full_scale);
         DacCode((pressure * self.command_codes_per_kpa + 0.5) as u16)
-    }
-
-    /// The gauge code of a strain, not yet quantised: what the amplifier puts out. It clips 2 % beyond
-    /// full scale.
-    pub fn gauge_code(&self, strain: Microstrain) -> f32 {
-        let clip = 1.02 * self.gauge_full_scale.0;
-        strain.0.clamp(-clip, clip) / self.gauge_ue_per_code + self.gauge_zero
     }
 
     /// The monitor code of a pressure, not yet quantised.
@@ -155,9 +245,9 @@ mod tests {
     #[test]
     fn codes_and_quantities_are_inverse() {
         for ue in [-20_000.0, -1.0, 0.0, 4_000.0, 20_000.0] {
-            let code = AdcCode(FE.gauge_code(Microstrain(ue)) as u16);
+            let code = AdcCode(FE.gauges[0].code(Microstrain(ue)) as u16);
             // One count of truncation.
-            assert!((FE.strain(code).0 - ue).abs() <= FE.gauge_ue_per_code);
+            assert!((FE.gauges[0].strain(code).0 - ue).abs() <= FE.gauges[0].ue_per_code);
         }
         for kpa in [0.0, 0.1, 60.0, 140.0, 160.0, 200.0] {
             let command = FE.commanded(FE.command(Kilopascals(kpa)));

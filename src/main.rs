@@ -29,7 +29,7 @@ use softgrip::Controller;
 use softgrip::failure::Failure;
 use softgrip::fault::Fault;
 use softgrip::march::march;
-use softgrip::settings::Settings;
+use softgrip::settings::{Active, FACTORY};
 use softgrip::table::FINGER;
 
 use identity::Identity;
@@ -81,7 +81,7 @@ async fn main(spawner: Spawner) {
     };
     identity.tell();
 
-    match Settings::for_finger(&board::FRONT_END, &FINGER).validate(&board::FRONT_END, &FINGER) {
+    match Active::of(&FACTORY, &FINGER) {
         Ok(active) => {
             let fault = failure.map(|_| Fault::Internal);
             let controller = Controller::starting_with(fault, &FINGER, active);

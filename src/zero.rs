@@ -93,21 +93,25 @@ pub struct Zero {
 }
 
 impl Zero {
-    /// Zero strain is zero, and nothing has been tared.
-    pub const fn new() -> Self {
-        let offset = Offset {
-            tared_ue: 0.0,
-            drift_ue: 0.0,
-            rest_ue: 0.0,
-        };
+    /// As an earlier tare has measured it.
+    pub fn starting_at(tare_ue: [f32; FINGERS]) -> Self {
         Self {
-            offsets: [offset; FINGERS],
+            offsets: tare_ue.map(|tared_ue| Offset {
+                tared_ue,
+                drift_ue: 0.0,
+                rest_ue: tared_ue,
+            }),
             tare: None,
             rest_ticks: 0,
             learned_ticks: 0,
             leaning_ticks: 0,
             used_up: false,
         }
+    }
+
+    /// What the last tare measured, for a start from there.
+    pub fn tare_ue(&self) -> [f32; FINGERS] {
+        self.offsets.map(|offset| offset.tared_ue)
     }
 
     /// What is to be subtracted from the raw strain of each gauge, µε.
@@ -319,7 +323,7 @@ impl Course {
 
 impl Default for Zero {
     fn default() -> Self {
-        Self::new()
+        Self::starting_at([0.0; FINGERS])
     }
 }
 

@@ -173,10 +173,7 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
         noise_ue: args.noise,
         seed: args.seed,
         // The digital input knows no other.
-        pressure_kpa: Settings::for_finger(&FrontEnd::REFERENCE, &FINGER)
-            .grip
-            .grip_pressure_kpa
-            .into(),
+        pressure_kpa: Settings::for_finger(&FINGER).grip.grip_pressure_kpa.into(),
     };
     let Closed { run, replay, .. } = closed_loop::run(&image, &scenario, args.until)?;
     if args.json {

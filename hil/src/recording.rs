@@ -145,8 +145,8 @@ const WORDS: usize = 5;
 impl Replay {
     /// Steps a fresh controller through a recording that begins with the first tick, and compares.
     pub fn of(recording: &Recording) -> anyhow::Result<Self> {
-        let active = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER)
-            .validate(&FrontEnd::REFERENCE, &FINGER)
+        let active = Settings::for_finger(&FINGER)
+            .validate(&FINGER)
             .map_err(|error| anyhow::anyhow!("{error}"))?;
         let mut controller = Controller::new(&FINGER, active);
         let mut replay = Self::default();

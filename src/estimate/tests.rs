@@ -17,7 +17,7 @@ fn reading(pressure: f32, strain: [f32; 3]) -> Reading {
 }
 
 fn active(settings: Settings) -> Active {
-    settings.validate(&FINGER).expect("good settings")
+    settings.active(&FINGER)
 }
 
 fn settle(estimator: &mut Estimator, active: &Active, reading: &Reading) -> Contact {

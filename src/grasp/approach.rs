@@ -140,10 +140,7 @@ mod tests {
     }
 
     fn met() -> Option<Meeting> {
-        Settings::default()
-            .validate(&FINGER)
-            .expect("valid")
-            .meeting
+        Settings::default().active(&FINGER).meeting
     }
 
     /// What a free finger shows where the fingers meet, µε.

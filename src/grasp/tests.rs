@@ -29,13 +29,10 @@ impl Bench {
         let mut settings = Settings::default();
         change(&mut settings);
         let limit = Kilopascals(160.0);
-        let finger = crate::estimate::Settings::default().validate(&FINGER);
-        let meeting = finger.expect("the defaults").meeting;
+        let meeting = crate::estimate::Settings::default().active(&FINGER).meeting;
         let mut bench = Self {
             supervisor: Supervisor::new(None),
-            active: settings
-                .validate(limit, limit.0, meeting)
-                .expect("good settings"),
+            active: settings.active(limit, meeting),
             reading: Reading {
                 gauges: [Gauge::Valid(Microstrain(0.0)); FINGERS],
                 noise_variance: [400.0; FINGERS],

@@ -130,7 +130,7 @@ fn same_as_host(closed: &Closed, outcome: &mut Outcome) {
 }
 
 fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
-    let settings = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER);
+    let settings = Settings::for_finger(&FINGER);
     let controller = run::controller(&FINGER, &settings)?;
     let (chain, grasp) = closed_loop::fingers()?;
     Ok(run::run(
