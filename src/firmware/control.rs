@@ -19,7 +19,7 @@ use crate::record;
 #[embassy_executor::task]
 pub async fn run(
     board: Board,
-    controller: Controller,
+    controller: &'static mut Controller,
     clock: Clock,
     events: Producer<'static, Numbered>,
 ) -> ! {
@@ -63,7 +63,7 @@ fn now(moment: Instant) -> softgrip::units::Instant {
 struct Control {
     inputs: InputPins,
     debounced: Inputs,
-    controller: Controller,
+    controller: &'static mut Controller,
     regulator: Regulator,
     indicators: IndicatorPins,
     events: Producer<'static, Numbered>,
