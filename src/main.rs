@@ -84,7 +84,8 @@ async fn main(spawner: Spawner) {
     match Active::of(&FACTORY, &FINGER) {
         Ok(active) => {
             let fault = failure.map(|_| Fault::Internal);
-            let controller = links::controller(|| Controller::starting_with(fault, &FINGER, active));
+            let controller =
+                links::controller(|| Controller::starting_with(fault, &FINGER, active));
             let (sent, received) = links::events().expect("made once");
             spawner.spawn(telemetry::run(received, identity).expect("spawned once"));
             let control = control::run(board, controller, clock, sent);

@@ -256,9 +256,10 @@ impl Sweep {
         }
         let so_far = self.levels.get(..=index).unwrap_or(&self.levels);
         self.knee = Knee::of(so_far, table)?;
-        self.rises = self.knee.is_none() && index + 1 < LEVELS;
+        let next = index.saturating_add(1);
+        self.rises = self.knee.is_none() && next < LEVELS;
         self.at = match self.rises {
-            true => Some(index + 1),
+            true => Some(next),
             false => index.checked_sub(1),
         };
         Ok(self.at.is_none())
