@@ -149,13 +149,13 @@ pub enum SweepFault {
     Gauge,
     /// The pressure did not come within 8 kPa of a step: the supply is low, or the air leaks.
     Pressure,
-    /// The fingers stopped bending before they can have met: something is in the grip.
+    /// The fingers bend less than free ones, or stop before they can have met: something is in the grip.
     Contact,
     /// More noise than a loss could be told from.
     Noise,
     /// A finger's curve is none of this recipe's: it touches something, or is another finger.
     Shape,
-    /// Stiffness or gain of a finger is further off than any mould or gauge.
+    /// A finger bends more than any mould or gauge would explain: it is not this recipe's.
     OutOfRange,
     /// A release, a stop or a fault came in between.
     Interrupted,

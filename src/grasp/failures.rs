@@ -104,6 +104,7 @@ impl Supervisor {
     ) {
         let rule = fault.rule();
         let vents = rule.output == SafeOutput::Vent || active.on_fault == OnFault::Vent;
+        let mut swept = false;
         match &mut self.state {
             State::Fault {
                 target, watching, ..
@@ -124,11 +125,7 @@ impl Supervisor {
             | State::Empty { .. }
             | State::Sweeping { .. }
             | State::Releasing { .. } => {
-                if matches!(self.state, State::Sweeping { .. }) {
-                    events.add(Event::Refused(Refusal::SweepRejected(
-                        SweepFault::Interrupted,
-                    )));
-                }
+                swept = matches!(self.state, State::Sweeping { .. });
                 self.state = State::Fault {
                     fault,
                     target: match vents {
@@ -143,6 +140,10 @@ impl Supervisor {
             fault,
             finger: None,
         });
+        if swept {
+            let interrupted = Refusal::SweepRejected(SweepFault::Interrupted);
+            events.add(Event::Refused(interrupted));
+        }
     }
 
     /// Ends a fault that has been acknowledged, once nothing is wrong any more. `cause`: what is wrong in

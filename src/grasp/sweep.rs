@@ -26,7 +26,7 @@ const WINDOW_TICKS: u16 = 200;
 /// Means at one stop, so that a sweep takes 55 s at the most.
 const MOST_WINDOWS: u8 = 11;
 /// The fingers rest when two means differ by less than this share of the table's last free strain.
-const RESTS: f32 = 0.001;
+const RESTS: f32 = 0.000_2;
 /// A gauge with more noise than this, µε rms, tells no loss, and no curve.
 const NOISE_UE: f32 = 400.0;
 /// Before they have closed this far, as a share of the highest pressure, no fingers meet: lags are measured up to there.
@@ -274,7 +274,8 @@ impl Sweep {
         let share = loop_share(self.top_kpa() - kpa, table.max_pressure_kpa);
         // Strain per pressure as the table has it, and as much more as these fingers strain.
         let at = |kpa: f32| strain_ue(table, kpa);
-        let per_kpa = 0.5 * (at(kpa + 1.0) - at(kpa - 1.0)) * level.sum_ue() / larger(at(kpa), 1.0);
+        let middle_ue = 0.5 * (level.sum_ue() + here.sum_ue());
+        let per_kpa = 0.5 * (at(kpa + 1.0) - at(kpa - 1.0)) * middle_ue / larger(at(kpa), 1.0);
         if share >= TURNED && per_kpa > 0.0 {
             let wider_kpa = (here.sum_ue() - level.sum_ue()) / per_kpa + level.kpa - here.kpa;
             self.hysteresis_kpa.add(wider_kpa / share);

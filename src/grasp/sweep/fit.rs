@@ -17,10 +17,8 @@ const FEWEST: usize = 3;
 const KNEE: f32 = 0.5;
 /// … and the last level before that is free, too, if it still rose by this share.
 const ROUNDED: f32 = 0.8;
-/// Fingers meet between these shares of the strain at which the table says that they do; what stops them elsewhere is
-/// no finger.
-const MEETS_FROM: f32 = 0.75;
-const MEETS_UP_TO: f32 = 1.3;
+/// What stops the fingers below this share of the strain at which the table says that they meet is no finger.
+const MEETS: f32 = 0.8;
 /// Error of a measured strain, as a share of full scale: hysteresis and creep that the two ways do not cancel.
 const ERROR: f32 = 0.003;
 /// Moulds are good for this share of a finger's stiffness, and gauges for this one of gain, rms.
@@ -180,7 +178,11 @@ impl Fit {
         if error > MISSES {
             return Err(SweepFault::Shape);
         }
-        if !SOFTNESS.contains(&best.softness) || !GAIN.contains(&best.gain) {
+        if best.softness < *SOFTNESS.start() || best.gain < *GAIN.start() {
+            // What bends so little is held up from the first step on.
+            return Err(SweepFault::Contact);
+        }
+        if best.softness > *SOFTNESS.end() || best.gain > *GAIN.end() {
             return Err(SweepFault::OutOfRange);
         }
         self.found.error_percent = larger(self.found.error_percent, 100.0 * error);
@@ -205,11 +207,11 @@ impl Fit {
             met_ue += recipes_ue(table, strain, gain, stiffness) / FINGERS as f32;
         }
         let (meeting, _) = table::pressure_for_strain(table, Microstrain(met_ue));
-        if let Some(nominal) = table.meeting_kpa {
-            let share = met_ue / strain_ue(table, nominal);
-            if !(MEETS_FROM..=MEETS_UP_TO).contains(&share) {
-                return Err(SweepFault::Contact);
-            }
+        if table
+            .meeting_kpa
+            .is_some_and(|kpa| met_ue < MEETS * strain_ue(table, kpa))
+        {
+            return Err(SweepFault::Contact);
         }
         found.meeting = Some(meeting);
         Ok(found)
@@ -234,13 +236,13 @@ impl Knee {
             if slope < KNEE * steepest {
                 let rounded = last < ROUNDED * steepest;
                 let free = index.saturating_add((!rounded).into());
-                return match free < FEWEST {
-                    true => Err(SweepFault::Contact),
-                    false => Ok(Some(Self {
-                        free,
-                        met_ue: high.strain_ue,
-                    })),
-                };
+                if free < FEWEST {
+                    return Err(SweepFault::Contact);
+                }
+                return Ok(Some(Self {
+                    free,
+                    met_ue: high.strain_ue,
+                }));
             }
             if slope <= 0.0 {
                 return Err(SweepFault::Shape);
