@@ -36,21 +36,23 @@ pub struct Outputs {
 /// The controller. The firmware, the simulated gripper, the replay of traces and the tests all call
 /// [`Controller::step`] and nothing else.
 #[derive(Debug, Clone)]
+// In this order a tick takes 30 instructions less than in the compiler's: what it reads is nearer.
+#[repr(C)]
 pub struct Controller {
-    table: &'static FingerTable,
+    conditioner: Conditioner,
     active: Active,
     feedback: Feedback,
-    conditioner: Conditioner,
     air: AirModel,
     estimator: Estimator,
-    zero: Zero,
     detector: Detector,
+    zero: Zero,
     supervisor: Supervisor,
     regulator: Regulator,
     /// Noise of each gauge, rms. It is an average over 250 ms, so one root in a tick is enough.
     noise: [Microstrain; FINGERS],
     /// Whose turn it is: of none, then of each gauge.
     turn: usize,
+    table: &'static FingerTable,
 }
 
 /// Ticks in which every gauge has its turn.

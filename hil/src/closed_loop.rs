@@ -45,7 +45,7 @@ fn share(code: f32) -> f64 {
 pub fn pins_at_rest() -> Pins {
     let front_end = FrontEnd::REFERENCE;
     Pins {
-        gauges: [share(front_end.gauges[0].code(Microstrain(0.0))); 3],
+        gauges: [share(front_end.gauge_code(0, Microstrain(0.0))); 3],
         monitor: share(front_end.monitor_code(Kilopascals(0.0))),
         supply: share(front_end.supply_code(Volts(24.0))),
     }
@@ -187,10 +187,9 @@ fn judge(
         samples.push(Sample {
             truth: *truth,
             seen: snapshot,
-            strain_ue: seen
-                .frame
-                .gauges
-                .map(|code| FrontEnd::REFERENCE.gauges[0].strain(code).0),
+            strain_ue: FrontEnd::REFERENCE
+                .strains(&seen.frame.gauges)
+                .map(|strain| strain.0),
             asked_kpa: if asked { scenario.pressure_kpa } else { 0.0 },
         });
     }
