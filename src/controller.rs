@@ -39,19 +39,19 @@ pub struct Outputs {
 // What every tick uses comes first: an instruction loads a number from the first 1020 bytes alone.
 #[repr(C)]
 pub struct Controller {
-    table: &'static FingerTable,
+    conditioner: Conditioner,
     active: Active,
     feedback: Feedback,
-    conditioner: Conditioner,
     air: AirModel,
     estimator: Estimator,
-    zero: Zero,
     detector: Detector,
+    zero: Zero,
     regulator: Regulator,
     /// Noise of each gauge, rms. It is an average over 250 ms, so one root in a tick is enough.
     noise: [Microstrain; FINGERS],
     /// Whose turn it is: of none, then of each gauge.
     turn: usize,
+    table: &'static FingerTable,
     supervisor: Supervisor,
 }
 

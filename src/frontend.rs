@@ -75,50 +75,54 @@ impl Default for GaugeSettings {
     }
 }
 
-/// Scale of one gauge's channel.
+/// What every gauge's amplifier puts out, whatever the gain of its gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaugeInput {
-    /// Code of an unstrained gauge.
+pub struct Amplifier {
+    /// Code without strain.
     pub zero: f32,
-    /// Strain of one code, µε.
-    pub ue_per_code: f32,
-    /// The amplifier is linear up to here, µε, either way.
+    /// By so many codes it differs from that at full scale.
+    pub full_scale_codes: f32,
+    /// Strain at full scale, at a gain of one.
     pub full_scale: Microstrain,
+    /// The lowest and the highest code up to which it is linear.
+    pub linear: [AdcCode; 2],
     /// Below this the gauge is shorted.
     pub short_below: AdcCode,
     /// Above this the gauge is open.
     pub open_above: AdcCode,
 }
 
-impl GaugeInput {
-    const fn of(settings: &Settings, gain: f32) -> Self {
-        let full_scale_ue = gain * settings.gauge_full_scale_ue;
+impl Amplifier {
+    /// Strain of a code, where one code is so many µε, before tare.
+    pub(crate) fn strain(&self, code: AdcCode, ue_per_code: f32) -> Microstrain {
+        Microstrain((f32::from(code.0) - self.zero) * ue_per_code)
+    }
+
+    const fn of(settings: &Settings) -> Self {
+        let zero = settings.gauge_zero_v / V_PER_ADC_CODE;
+        let codes = settings.gauge_full_scale_v / V_PER_ADC_CODE;
         Self {
-            zero: settings.gauge_zero_v / V_PER_ADC_CODE,
-            ue_per_code: V_PER_ADC_CODE * full_scale_ue / settings.gauge_full_scale_v,
-            full_scale: Microstrain(full_scale_ue),
+            zero,
+            full_scale_codes: codes,
+            full_scale: Microstrain(settings.gauge_full_scale_ue),
+            // The last whole codes inside.
+            linear: [
+                AdcCode((zero - codes) as u16 + 1),
+                AdcCode((zero + codes) as u16),
+            ],
             short_below: AdcCode((settings.gauge_short_below_v / V_PER_ADC_CODE) as u16),
             open_above: AdcCode((settings.gauge_open_above_v / V_PER_ADC_CODE) as u16),
         }
-    }
-
-    /// Strain of a code, before tare.
-    pub fn strain(&self, code: AdcCode) -> Microstrain {
-        Microstrain((f32::from(code.0) - self.zero) * self.ue_per_code)
-    }
-
-    /// The code of a strain, not yet quantised: what the amplifier puts out. It clips 2 % beyond full scale.
-    pub fn code(&self, strain: Microstrain) -> f32 {
-        let clip = 1.02 * self.full_scale.0;
-        strain.0.clamp(-clip, clip) / self.ue_per_code + self.zero
     }
 }
 
 /// Scale of every analogue channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrontEnd {
-    /// One gauge per finger.
-    pub gauges: [GaugeInput; FINGERS],
+    /// What the gauges' amplifiers put out.
+    pub amplifier: Amplifier,
+    /// Strain of one code of each gauge, µε.
+    pub gauge_ue_per_code: [f32; FINGERS],
     /// Pressure of one code of the regulator's monitor, kPa.
     pub monitor_kpa_per_code: f32,
     /// Above this the monitor's wire carries something else than its signal.
@@ -187,19 +191,35 @@ impl FrontEnd {
     /// The front end of these settings, with gauges of this gain.
     pub const fn of(settings: &Settings, gain: [f32; FINGERS]) -> Self {
         let [a, b, c] = gain;
+        let full_scale_ue = settings.gauge_full_scale_ue;
+        let ue_per_code = V_PER_ADC_CODE * full_scale_ue / settings.gauge_full_scale_v;
         let full_scale_kpa = settings.regulator_full_scale_kpa;
         Self {
-            gauges: [
-                GaugeInput::of(settings, a),
-                GaugeInput::of(settings, b),
-                GaugeInput::of(settings, c),
-            ],
+            amplifier: Amplifier::of(settings),
+            gauge_ue_per_code: [a * ue_per_code, b * ue_per_code, c * ue_per_code],
             monitor_kpa_per_code: V_PER_ADC_CODE * full_scale_kpa / settings.monitor_full_scale_v,
             monitor_high_above: AdcCode((settings.monitor_high_above_v / V_PER_ADC_CODE) as u16),
             supply_v_per_code: V_PER_ADC_CODE * settings.supply_divider,
             command_codes_per_kpa: 4096.0 / VREF * settings.command_full_scale_v / full_scale_kpa,
             regulator_full_scale: Kilopascals(full_scale_kpa),
         }
+    }
+
+    /// Strain of each gauge's code, before tare.
+    pub fn strains(&self, codes: &[AdcCode; FINGERS]) -> [Microstrain; FINGERS] {
+        let gauges = self.gauge_ue_per_code.iter().zip(codes);
+        let mut strains = [Microstrain(0.0); FINGERS];
+        for (strain, (ue_per_code, code)) in strains.iter_mut().zip(gauges) {
+            *strain = self.amplifier.strain(*code, *ue_per_code);
+        }
+        strains
+    }
+
+    /// The code of a gauge's strain, not yet quantised: what its amplifier puts out. It clips 2 % beyond full scale.
+    pub fn gauge_code(&self, gauge: usize, strain: Microstrain) -> f32 {
+        let clip = 1.02 * self.amplifier.full_scale_codes;
+        let ue_per_code = self.gauge_ue_per_code.get(gauge).unwrap_or(&f32::INFINITY);
+        (strain.0 / ue_per_code).clamp(-clip, clip) + self.amplifier.zero
     }
 
     /// Pressure of a monitor code.
@@ -245,9 +265,10 @@ mod tests {
     #[test]
     fn codes_and_quantities_are_inverse() {
         for ue in [-20_000.0, -1.0, 0.0, 4_000.0, 20_000.0] {
-            let code = AdcCode(FE.gauges[0].code(Microstrain(ue)) as u16);
+            let code = AdcCode(FE.gauge_code(0, Microstrain(ue)) as u16);
             // One count of truncation.
-            assert!((FE.gauges[0].strain(code).0 - ue).abs() <= FE.gauges[0].ue_per_code);
+            let [strain, ..] = FE.strains(&[code; FINGERS]);
+            assert!((strain.0 - ue).abs() <= FE.gauge_ue_per_code[0]);
         }
         for kpa in [0.0, 0.1, 60.0, 140.0, 160.0, 200.0] {
             let command = FE.commanded(FE.command(Kilopascals(kpa)));

@@ -246,7 +246,7 @@ impl MockBoard {
             .0;
         let gauges = std::array::from_fn(|i| {
             let strain = free - self.grip[i] * (free - blocked) + self.noise_ue * self.uniform();
-            let code = |ue| AdcCode(FE.gauges[0].code(Microstrain(ue)) as u16);
+            let code = |ue| AdcCode(FE.gauge_code(0, Microstrain(ue)) as u16);
             match self.gauges[i] {
                 GaugeState::Good => code(strain),
                 GaugeState::Open => AdcCode(65_520),

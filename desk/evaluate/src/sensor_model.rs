@@ -50,7 +50,7 @@ impl<R: Rng> SensorModel<R> {
         let mut normal = || -> f32 { self.rng.sample(StandardNormal) };
         let gauges = std::array::from_fn(|i| {
             let strain = strain_ue[i] + noise_ue[i] * normal();
-            AdcCode((front_end.gauges[i].code(Microstrain(strain)) + 0.5) as u16)
+            AdcCode((front_end.gauge_code(i, Microstrain(strain)) + 0.5) as u16)
         });
         let pressure = pressure_kpa + self.monitor_noise_kpa * normal();
         let monitor = front_end.monitor_code(Kilopascals(pressure));

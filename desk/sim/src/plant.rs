@@ -212,7 +212,7 @@ impl Plant {
             gauges: self.shown(truth.strain_ue).map(|strain| {
                 self.share(
                     noise_ue,
-                    |ue| front_end.gauges[0].code(Microstrain(ue)),
+                    |ue| front_end.gauge_code(0, Microstrain(ue)),
                     strain,
                 )
             }),
@@ -413,7 +413,7 @@ impl Plant {
     }
 
     fn measure_gauge(&mut self, finger: usize, mut strain_ue: f64) -> AdcCode {
-        let (input, last) = (self.front_end.gauges[finger], self.gauge_codes[finger]);
+        let (front_end, last) = (self.front_end, self.gauge_codes[finger]);
         let fault = |kind| self.gauge_fault(kind, finger);
         let mut noise_ue = self.noise_ue;
         if let Some(drift) = fault(FaultKind::GaugeDrift) {
@@ -423,7 +423,7 @@ impl Plant {
             noise_ue *= NOISY;
         }
         if fault(FaultKind::GaugeSaturated).is_some() {
-            strain_ue = 2.0 * f64::from(input.full_scale.0);
+            strain_ue = 2.0 * f64::from(front_end.amplifier.full_scale.0);
         }
         let wire = [
             FaultKind::GaugeShort,
@@ -431,7 +431,7 @@ impl Plant {
             FaultKind::GaugeStuck,
         ]
         .map(|kind| fault(kind).is_some());
-        let to_code = |ue| input.code(Microstrain(ue));
+        let to_code = |ue| front_end.gauge_code(finger, Microstrain(ue));
         let code = self.convert(noise_ue, to_code, strain_ue);
         match wire {
             [true, ..] => AdcCode(0),

@@ -59,7 +59,7 @@ fn frame(row: &Row, front_end: &FrontEnd) -> RawFrame {
     let code = |code: f32| AdcCode(code.round() as u16);
     RawFrame {
         gauges: row.strain_ue.map(|ue| match ue.is_finite() {
-            true => code(front_end.gauges[0].code(Microstrain(ue as f32))),
+            true => code(front_end.gauge_code(0, Microstrain(ue as f32))),
             false => AdcCode(u16::MAX),
         }),
         monitor: code(front_end.monitor_code(Kilopascals(row.pressure_kpa as f32))),

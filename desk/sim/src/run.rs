@@ -182,11 +182,11 @@ pub fn run(
             t_s: truth.t_s,
             event,
         }));
-        let gauges = gripper.front_end().gauges;
+        let strains = gripper.front_end().strains(&frame.gauges);
         samples.push(Sample {
             truth,
             seen: outputs.snapshot,
-            strain_ue: std::array::from_fn(|i| gauges[i].strain(frame.gauges[i]).0),
+            strain_ue: strains.map(|strain| strain.0),
             asked_kpa: if gripping { scenario.pressure_kpa } else { 0.0 },
         });
         if tick % POSE_TICKS == 0 {

@@ -113,22 +113,22 @@ fn a_fault_of_one_gauge_is_one_gauges_alone() {
             }
         }
         let codes: Vec<_> = broken.iter().map(|(frame, _)| frame.gauges[1]).collect();
-        let strain = |ms: usize| f64::from(FRONT_END.gauges[0].strain(codes[ms]).0);
-        let of_sound = |ms: usize| f64::from(FRONT_END.gauges[0].strain(sound[ms].0.gauges[1]).0);
+        let strain = |ms: usize| f64::from(FRONT_END.strains(&[codes[ms]; 3])[0].0);
+        let of_sound = |ms: usize| f64::from(FRONT_END.strains(&sound[ms].0.gauges)[1].0);
         match kind {
             "open" => {
                 assert!(codes.is_sorted(), "the pull-up charges the input");
-                assert!(codes[599] > FRONT_END.gauges[0].open_above);
+                assert!(codes[599] > FRONT_END.amplifier.open_above);
             }
             "short" => assert!(
                 codes
                     .iter()
-                    .all(|&code| code < FRONT_END.gauges[0].short_below)
+                    .all(|&code| code < FRONT_END.amplifier.short_below)
             ),
             "stuck" => assert!(codes.iter().all(|&code| code == codes[0])),
             "saturated" => {
                 assert!((0..600).all(|ms| {
-                    strain(ms) > 20_000.0 && codes[ms] < FRONT_END.gauges[0].open_above
+                    strain(ms) > 20_000.0 && codes[ms] < FRONT_END.amplifier.open_above
                 }))
             }
             "noisy" => {

@@ -8,8 +8,7 @@ const TABLE_KPA: f32 = 160.0;
 
 fn entries(text: &str) -> Vec<(u16, f32)> {
     let entries = parse(Path::new("x.toml"), text, TABLE_KPA);
-    let entries = entries.unwrap_or_else(|error| panic!("{error}"));
-    entries
+    entries.unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn problems(text: &str) -> Vec<String> {
