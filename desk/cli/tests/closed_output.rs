@@ -21,7 +21,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
         "kind = 'grid'\n[fixed.arm]\nlift_mm = 20\ncarry_mm = 20\n[vary]\nobject = ['sphere']\n",
     );
     let settings = put("settings.toml", "version = 1\n");
-    let (out, joined) = (path("out"), path("joined"));
+    let (out, joined, swept) = (path("out"), path("joined"), path("swept.toml"));
     let section = [
         "section",
         "--R",
@@ -44,6 +44,8 @@ fn no_command_complains_of_an_output_that_was_closed() {
         &["table", "--json"],
         &section,
         &["fit", "--measured", &measured, "--out", &out],
+        &["calibrate", "--out", &swept],
+        &["calibrate", "--hands", "1", "--grips", "1"],
         &["settings", "print"],
         &["settings", "registers"],
         &["settings", "check", &settings],

@@ -44,6 +44,8 @@ mod workload;
 
 pub mod limits;
 
+pub mod calibration;
+
 pub mod evaluation;
 pub mod part;
 pub mod silicone;

@@ -1,5 +1,6 @@
 //! The subcommands: their arguments, progress and exit status.
 
+pub mod calibrate;
 pub mod capability;
 pub mod evaluate;
 pub mod fit;
