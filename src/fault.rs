@@ -88,9 +88,9 @@ pub struct Rule {
     pub watches: bool,
     /// An acknowledgement clears it once its cause is gone; if not, only a restart does.
     pub acknowledges: bool,
-    /// Whether it shows in each state: idle, closing, holding, empty, releasing, and in a fault that
+    /// Whether it shows in each state: idle, closing, holding, empty, sweeping, releasing, and in a fault that
     /// holds on.
-    pub shows: [bool; 6],
+    pub shows: [bool; 7],
 }
 
 const fn row(
@@ -99,7 +99,7 @@ const fn row(
     output: SafeOutput,
     watches: bool,
     acknowledges: bool,
-    shows: [bool; 6],
+    shows: [bool; 7],
 ) -> Rule {
     Rule {
         fault,
@@ -111,12 +111,12 @@ const fn row(
     }
 }
 
-const ALWAYS: [bool; 6] = [true; 6];
+const ALWAYS: [bool; 7] = [true; 7];
 /// Without pressure there is nothing to fall.
-const INFLATED: [bool; 6] = [false, true, true, true, true, true];
+const INFLATED: [bool; 7] = [false, true, true, true, true, true, true];
 /// Elsewhere the same leak is a regulator that does not follow.
-const HELD: [bool; 6] = [false, false, true, false, false, true];
-const AT_START: [bool; 6] = [false; 6];
+const HELD: [bool; 7] = [false, false, true, false, false, false, true];
+const AT_START: [bool; 7] = [false; 7];
 
 /// What every fault does, in the order of their numbers.
 #[rustfmt::skip]

@@ -18,15 +18,17 @@ enum Place {
     Closing,
     Holding,
     Empty,
+    Sweeping,
     Releasing,
     Fault,
 }
 
-const PLACES: [Place; 6] = [
+const PLACES: [Place; 7] = [
     Place::Idle,
     Place::Closing,
     Place::Holding,
     Place::Empty,
+    Place::Sweeping,
     Place::Releasing,
     Place::Fault,
 ];
@@ -40,8 +42,12 @@ fn board_in(place: Place, on_fault: OnFault) -> MockBoard {
         s.grip.host_timeout_ms = 200.0;
     }));
     alive(&mut board, 1_100);
-    board.grip = [if place == Place::Empty { 0.0 } else { 1.0 }; 3];
-    if place != Place::Idle {
+    let empty = matches!(place, Place::Empty | Place::Sweeping);
+    board.grip = [if empty { 0.0 } else { 1.0 }; 3];
+    if place == Place::Sweeping {
+        board.step(Command::Sweep);
+        alive(&mut board, 5_000);
+    } else if place != Place::Idle {
         board.step(GRIP);
         alive(
             &mut board,
@@ -56,13 +62,14 @@ fn board_in(place: Place, on_fault: OnFault) -> MockBoard {
         Place::Fault => {
             board.step(Command::Stop);
         }
-        Place::Idle | Place::Closing | Place::Holding | Place::Empty => {}
+        Place::Idle | Place::Closing | Place::Holding | Place::Empty | Place::Sweeping => {}
     }
     let found = match board.state() {
         State::Idle => Place::Idle,
         State::Closing { .. } => Place::Closing,
         State::Holding { .. } => Place::Holding,
         State::Empty { .. } => Place::Empty,
+        State::Sweeping { .. } => Place::Sweeping,
         State::Releasing { .. } => Place::Releasing,
         State::Fault { .. } => Place::Fault,
     };
@@ -92,7 +99,9 @@ fn cause(board: &mut MockBoard, fault: Fault, place: Place) -> Command {
         Fault::OverPressure => force(180.0),
         Fault::NotFollowing => force(match place {
             Place::Idle => 60.0,
-            Place::Closing | Place::Holding | Place::Empty | Place::Fault => 155.0,
+            Place::Closing | Place::Holding | Place::Empty | Place::Sweeping | Place::Fault => {
+                155.0
+            }
             Place::Releasing => 160.0,
         }),
         Fault::AirLoss => board.leak_kpa = 0.0,
@@ -206,6 +215,8 @@ fn walk(fault: Fault, place: Place, on_fault: OnFault) {
             };
             assert!((kept - there.min(before)).abs() <= most, "{what}: {kept}");
         }
+        // Nothing is in the grip.
+        (false, Place::Sweeping) => assert_eq!(kept, 0.0, "{what}"),
         (false, _) => assert_eq!(kept, before, "{what}"),
     }
     // 10 kPa of trim and 0.8 kPa of proportional action at the most.

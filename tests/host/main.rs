@@ -11,5 +11,6 @@ mod regulators;
 mod repeats;
 mod scenarios;
 mod sequences;
+mod sweep;
 mod torture;
 mod zero;

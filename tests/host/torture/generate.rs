@@ -92,7 +92,7 @@ fn add_command(rng: &mut Rng, sequence: &mut Sequence, season: &Season) {
 
 fn command(rng: &mut Rng, max_kpa: f32) -> Command {
     let pressure = |kpa| Command::Grip(Grip::Pressure(Kilopascals(kpa)));
-    match rng.u8(..24) {
+    match rng.u8(..25) {
         0..4 => Command::Grip(Grip::Default),
         4..8 => pressure(between(rng, WEAK_KPA + 5.0, max_kpa)),
         8 => pressure(between(rng, 0.1, WEAK_KPA)),
@@ -107,6 +107,7 @@ fn command(rng: &mut Rng, max_kpa: f32) -> Command {
         15..17 => Command::Stop,
         17..20 => Command::Acknowledge,
         20..22 => Command::Tare,
+        24 => Command::Sweep,
         22 => Command::Alive,
         _ => Command::Motion(pick(rng, &[Motion::Still, Motion::Moving])),
     }

@@ -84,11 +84,19 @@ fn range(field: &Field, values: &Values) -> (f32, f32) {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Census {
     pub ticks: u64,
-    pub states: [u64; 6],
+    pub states: [u64; 7],
     pub faults: [u64; RULES.len()],
 }
 
-const STATES: [&str; 6] = ["Idle", "Closing", "Holding", "Empty", "Releasing", "Fault"];
+const STATES: [&str; 7] = [
+    "Idle",
+    "Closing",
+    "Holding",
+    "Empty",
+    "Sweeping",
+    "Releasing",
+    "Fault",
+];
 
 impl Census {
     fn count(&mut self, outputs: &Outputs) {
@@ -98,8 +106,9 @@ impl Census {
             State::Closing { .. } => 1,
             State::Holding { .. } => 2,
             State::Empty { .. } => 3,
-            State::Releasing { .. } => 4,
-            State::Fault { .. } => 5,
+            State::Sweeping { .. } => 4,
+            State::Releasing { .. } => 5,
+            State::Fault { .. } => 6,
         };
         self.states[state] += 1;
         for event in outputs.events.iter() {
@@ -374,7 +383,7 @@ fn any_command(rng: &mut Rng) -> Command {
         ),
         _ => most * rng.f32(),
     };
-    match rng.u8(..12) {
+    match rng.u8(..13) {
         0 | 1 => Command::Grip(Grip::Default),
         2 => Command::Grip(Grip::Pressure(Kilopascals(number(rng, 160.0)))),
         3 => Command::Grip(Grip::Bend(Degrees(number(rng, 91.0)))),
@@ -388,6 +397,7 @@ fn any_command(rng: &mut Rng) -> Command {
         7 | 8 => Command::Acknowledge,
         9 => Command::Alive,
         10 => Command::Motion(pick(rng, &[Motion::Still, Motion::Moving])),
-        _ => Command::Tare,
+        11 => Command::Tare,
+        _ => Command::Sweep,
     }
 }
