@@ -148,7 +148,7 @@ impl Controller {
             &feedback.expected,
             feedback.acknowledged,
         );
-        let air = self.air.observe(now, reading.monitor);
+        let air = self.air.observe(now, reading.monitor, &active.air);
         if let Some(delay_ms) = self.air.take_learned() {
             events.add(Event::Regulator { delay_ms });
         }
