@@ -11,5 +11,6 @@ mod regulators;
 mod repeats;
 mod scenarios;
 mod sequences;
+mod settings;
 mod torture;
 mod zero;
