@@ -1,7 +1,7 @@
 //! One control tick, from converter codes to converter codes.
 
 use crate::air::AirModel;
-use crate::command::{Answer, Command, Motion};
+use crate::command::{Answer, Command, Motion, Refusal};
 use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::detect::limits::Signs;
@@ -87,7 +87,10 @@ impl Controller {
             table,
             active,
             feedback: Feedback {
-                expected: Expected::default(),
+                expected: Expected {
+                    zero_ue: active.tare_ue,
+                    ..Expected::default()
+                },
                 acknowledged: false,
                 tare_begins: false,
                 motion: Motion::default(),
@@ -109,14 +112,24 @@ impl Controller {
         self.zero.tare_ue()
     }
 
-    /// Takes other settings, all at once, from the next tick on. What is running goes on: a grip keeps its pressure
-    /// unless that is above the new limit, and moves at the new slew; a hold keeps its plateau and is judged by the new
-    /// limits; latches and timers stay. Where the tare of a gauge is another one, every zero starts anew.
-    pub fn apply(&mut self, active: Active) {
+    /// Takes other settings, all at once, from the next tick on. What is running goes on: a hold keeps its pressure and
+    /// its plateau and is judged by the new limits, a ramp goes on at the new slew, latches and timers stay. Where the
+    /// tare of a gauge is another one, every zero starts anew.
+    ///
+    /// # Errors
+    /// [`Refusal::NotIdle`] for a lower limit of the pressure while there may be more: that would be an overpressure, which
+    /// opens the fingers. Nothing is changed then.
+    pub fn apply(&mut self, active: Active) -> Result<(), Refusal> {
+        let lower = active.regulator.max_pressure.0 < self.active.regulator.max_pressure.0;
+        if lower && self.supervisor.state() != State::Idle {
+            return Err(Refusal::NotIdle);
+        }
         if active.tare_ue != self.active.tare_ue {
             self.zero = Zero::starting_at(active.tare_ue);
+            self.feedback.expected.zero_ue = active.tare_ue;
         }
         self.active = active;
+        Ok(())
     }
 
     /// The settings in use.
@@ -154,7 +167,7 @@ impl Controller {
             &feedback.expected,
             feedback.acknowledged,
         );
-        let air = self.air.observe(now, reading.monitor);
+        let air = self.air.observe(now, reading.monitor, &active.air);
         if let Some(delay_ms) = self.air.take_learned() {
             events.add(Event::Regulator { delay_ms });
         }

@@ -23,6 +23,8 @@ mod record;
 #[path = "firmware/telemetry.rs"]
 mod telemetry;
 
+use core::sync::atomic::Ordering::Relaxed;
+
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use softgrip::Controller;
@@ -83,6 +85,7 @@ async fn main(spawner: Spawner) {
 
     match Active::of(&FACTORY, &FINGER) {
         Ok(active) => {
+            links::TELEMETRY_PERIOD_US.store(active.telemetry_us(), Relaxed);
             let fault = failure.map(|_| Fault::Internal);
             let controller =
                 links::controller(|| Controller::starting_with(fault, &FINGER, active));

@@ -7,10 +7,11 @@ use crate::field::{Field, Kind};
 /// A setting is added by a row here, a field in the stage that uses it, and a line of `each` in
 /// `src/settings/leaves.rs`. A number that was ever released is not used again.
 #[rustfmt::skip]
-pub const FIELDS: [Field; 50] = [
+pub const FIELDS: [Field; 56] = [
     of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
     of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
     of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
+    of(111, "air.following_kpa", "kPa", 1.0, 50.0, 8.0, "The pressure follows while it is within this of what the command should give"),
 
     choice(200, "finger.gauge_sense", &["bend", "contact"], 0, "What the gauges see: the finger's bending, which contact takes from, or contact alone"),
     of(201, "finger.contact_ue", "µε", 1.0, 20_000.0, 500.0, "A finger touches when its residual exceeds this and the share below"),
@@ -63,8 +64,16 @@ pub const FIELDS: [Field; 50] = [
     of(620, "front_end.supply_divider", "", 1.0, 50.0, 11.0, "Supply voltage over that at the converter"),
     of(630, "front_end.regulator_full_scale_kpa", "kPa", 10.0, 1_000.0, 200.0, "Full scale of the regulator, for command and monitor"),
     of(631, "front_end.command_full_scale_v", "V", 0.5, 3.29, 3.0, "The converter's output that commands full scale"),
+
+    choice(700, "io.grip", ON, 0, "Level at which the input GRIP is on"),
+    choice(701, "io.release", ON, 0, "Level at which the input RELEASE is on"),
+    choice(710, "io.holding", ON, 0, "Level at which the output HOLDING is on"),
+    choice(711, "io.lost", ON, 0, "Level at which the output LOST is on"),
+
+    of(800, "telemetry.period_ms", "ms", 1.0, 50.0, 20.0, "Time between two snapshots"),
 ];
 
+const ON: &[&str] = &["high", "low"];
 const GAIN: &str = "Strain of each gauge over what the front end's full scale makes of it";
 const TARE: &str = "Strain that each gauge shows at rest, as the last tare measured it";
 const FREE_BEND: &str = "Measured free-bend strain over the table's, for each finger";

@@ -76,10 +76,13 @@ impl Control {
     #[inline(never)]
     fn tick(&mut self, began: Instant, frame: RawFrame) {
         let now = now(began);
-        let command = self.debounced.step(self.inputs.levels());
+        let command = self
+            .debounced
+            .step(self.controller.active().io().on(self.inputs.levels()));
         let outputs = self.controller.step(now, &frame, command);
         self.regulator.set(outputs.dac);
-        self.indicators.set(outputs.indicators);
+        self.indicators
+            .set(outputs.indicators, self.controller.active().io());
 
         record::ticked(&outputs.snapshot.state);
         TICK.signal(Tick {

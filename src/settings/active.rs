@@ -8,7 +8,7 @@ use crate::estimate::Calibration;
 use crate::frontend::FrontEnd;
 use crate::table::FingerTable;
 use crate::units::{FINGERS, Kilopascals};
-use crate::{air, detect, estimate, grasp, regulate};
+use crate::{air, detect, estimate, grasp, io, regulate};
 
 /// Settings in the form that the control tick uses; made by [`Active::of`] alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +21,8 @@ pub struct Active {
     pub(crate) detection: detect::Active,
     pub(crate) grip: grasp::Active,
     pub(crate) regulator: regulate::Active,
+    pub(crate) io: io::Settings,
+    pub(crate) telemetry_us: u32,
 }
 
 impl Active {
@@ -43,12 +45,24 @@ impl Active {
             detection: settings.detection.active(),
             grip: settings.grip.active(regulator.max_pressure, finger.meeting),
             regulator,
+            io: settings.io,
+            telemetry_us: (1e3 * settings.telemetry.period_ms) as u32,
         })
     }
 
     /// Pressure of a grip that names none.
     pub fn grip_pressure(&self) -> Kilopascals {
         self.grip.grip_pressure
+    }
+
+    /// At which level each digital signal is on.
+    pub fn io(&self) -> &io::Settings {
+        &self.io
+    }
+
+    /// Time between two snapshots, µs.
+    pub fn telemetry_us(&self) -> u32 {
+        self.telemetry_us
     }
 
     /// What [`Estimator::step`](estimate::Estimator::step) takes.

@@ -5,6 +5,7 @@ use softgrip_settings::{COUNT, Values};
 use super::tree::Settings;
 use crate::estimate::GaugeSense;
 use crate::grasp::{OnFault, OnLoss};
+use crate::io::Level;
 
 /// Where a setting is kept.
 enum Leaf<'a> {
@@ -12,6 +13,7 @@ enum Leaf<'a> {
     GaugeSense(&'a mut GaugeSense),
     OnFault(&'a mut OnFault),
     OnLoss(&'a mut OnLoss),
+    Level(&'a mut Level),
 }
 
 impl Leaf<'_> {
@@ -22,6 +24,7 @@ impl Leaf<'_> {
             Self::GaugeSense(sense) => f32::from(**sense as u8),
             Self::OnFault(on_fault) => f32::from(**on_fault as u8),
             Self::OnLoss(on_loss) => f32::from(**on_loss as u8),
+            Self::Level(level) => f32::from(**level as u8),
         }
     }
 
@@ -32,6 +35,7 @@ impl Leaf<'_> {
             Self::GaugeSense(place) => choose(place, value, &GaugeSense::ALL),
             Self::OnFault(place) => choose(place, value, &OnFault::ALL),
             Self::OnLoss(place) => choose(place, value, &OnLoss::ALL),
+            Self::Level(place) => choose(place, value, &Level::ALL),
         }
     }
 }
@@ -52,6 +56,7 @@ impl Settings {
         visit(100, Number(&mut self.regulator.max_pressure_kpa));
         visit(101, Number(&mut self.regulator.slew_kpa_per_s));
         visit(110, Number(&mut self.air.regulator_lag_ms));
+        visit(111, Number(&mut self.air.following_kpa));
         visit(200, Leaf::GaugeSense(&mut self.finger.gauge_sense));
         visit(201, Number(&mut self.finger.contact_ue));
         visit(202, Number(&mut self.finger.contact_percent));
@@ -99,6 +104,11 @@ impl Settings {
         visit(620, Number(&mut self.front_end.supply_divider));
         visit(630, Number(&mut self.front_end.regulator_full_scale_kpa));
         visit(631, Number(&mut self.front_end.command_full_scale_v));
+        visit(700, Leaf::Level(&mut self.io.grip));
+        visit(701, Leaf::Level(&mut self.io.release));
+        visit(710, Leaf::Level(&mut self.io.holding));
+        visit(711, Leaf::Level(&mut self.io.lost));
+        visit(800, Number(&mut self.telemetry.period_ms));
     }
 
     /// The settings with these values.
@@ -184,6 +194,10 @@ mod tests {
                 let debug = match field.number {
                     200 => std::format!("{:?}", chosen.finger.gauge_sense),
                     406 => std::format!("{:?}", chosen.grip.on_fault),
+                    700 => std::format!("{:?}", chosen.io.grip),
+                    701 => std::format!("{:?}", chosen.io.release),
+                    710 => std::format!("{:?}", chosen.io.holding),
+                    711 => std::format!("{:?}", chosen.io.lost),
                     407 => std::format!("{:?}", chosen.grip.on_loss),
                     other => panic!("{other}: no word is known for it"),
                 };

@@ -1,6 +1,6 @@
 //! The settings as a tree of typed fields.
 
-use crate::{air, detect, estimate, frontend, grasp, regulate};
+use crate::{air, detect, estimate, frontend, grasp, io, regulate};
 
 /// The controller's settings in the units that people use. The defaults are for a finger that is good for
 /// 160 kPa, as the default one is; [`Settings::for_finger`] takes any.
@@ -20,4 +20,8 @@ pub struct Settings {
     pub gauge: frontend::GaugeSettings,
     /// What the converters' volts mean.
     pub front_end: frontend::Settings,
+    /// At which level each digital signal is on.
+    pub io: io::Settings,
+    /// How the program reports.
+    pub telemetry: io::TelemetrySettings,
 }

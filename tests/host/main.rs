@@ -11,6 +11,7 @@ mod regulators;
 mod repeats;
 mod scenarios;
 mod sequences;
+mod settings;
 mod sweep;
 mod torture;
 mod zero;
