@@ -9,7 +9,7 @@ mod fit;
 use fit::{Fit, Knee, Progress as Fitting, strain_ue};
 
 use super::Situation;
-use crate::air::{FOLLOWING_KPA, REACHED_KPA};
+use crate::air::REACHED_KPA;
 use crate::command::SweepFault;
 use crate::condition::Gauge;
 use crate::estimate::{Calibration, loop_share};
@@ -27,6 +27,8 @@ const WINDOW_TICKS: u16 = 200;
 const MOST_WINDOWS: u8 = 11;
 /// The fingers rest when two means differ by less than this share of the table's last free strain.
 const RESTS: f32 = 0.000_2;
+/// A pressure that ends further from where it should be belongs to a regulator without air, or that leaks.
+const OFF_KPA: f32 = 8.0;
 /// A gauge with more noise than this, µε rms, tells no loss, and no curve.
 const NOISE_UE: f32 = 400.0;
 /// Before they have closed this far, as a share of the highest pressure, no fingers meet: lags are measured up to there.
@@ -213,7 +215,7 @@ impl Sweep {
         if !rests && self.windows < MOST_WINDOWS {
             return Ok(false);
         }
-        if (window.kpa - target_kpa).abs() > FOLLOWING_KPA {
+        if (window.kpa - target_kpa).abs() > OFF_KPA {
             return Err(SweepFault::Pressure);
         }
         let ended = self.take(window, table)?;
