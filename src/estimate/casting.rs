@@ -38,6 +38,22 @@ fn free_ue(table: &FingerTable, kpa: f32) -> f32 {
     table::free_strain(table, Kilopascals(kpa)).0.0
 }
 
+/// Strain must rise with pressure, or it would tell two of them: by so much `b` and `c` are made smaller where it did not,
+/// which takes a casting that no mould makes. The strain is `a x + b x² + c x³`; its slope stays above `a`/20.
+fn flatten(a: f32, b: f32, c: f32) -> f32 {
+    const LEAST: f32 = 0.95;
+    let falls = |x: f32| x * (2.0 * b + 3.0 * c * x);
+    let turn = -b / (3.0 * c);
+    let steepest = match turn > 0.0 && turn < 1.0 {
+        true => smaller(falls(1.0), falls(turn)),
+        false => falls(1.0),
+    };
+    match a > 0.0 && a * LEAST + steepest < 0.0 {
+        true => -a * LEAST / steepest,
+        false => 1.0,
+    }
+}
+
 impl Casting {
     /// A finger with this gain and stiffness over the recipe's.
     pub fn of(table: &FingerTable, gain: f32, stiffness: f32) -> Self {
@@ -66,10 +82,12 @@ impl Casting {
         let first = (at_y - at_x) / (y - x);
         let c = ((at_z - at_y) / (z - y) - first) / (z - x);
         let b = first - c * (x + y);
+        let a = at_x - x * (b + c * x);
+        let flatter = flatten(a, b, c);
         Self {
-            a: at_x - x * (b + c * x),
-            b,
-            c,
+            a,
+            b: flatter * b,
+            c: flatter * c,
         }
     }
 
