@@ -8,6 +8,7 @@
 //!                   └───────────────────────┤ (regrip, once)          │
 //!                                           └ (vent) ─────────────────┤
 //!                               Empty ─────── release ────────────────┘
+//! Idle ── sweep ─► Sweeping ── learned, refused, release ─► Releasing
 //! any ── fault, stop ─► Fault ── acknowledge ─► Closing (pressure kept) or Releasing (vented)
 //! ```
 //!
