@@ -57,6 +57,8 @@ pub mod telemetry;
 
 pub mod failure;
 
+pub mod storage;
+
 pub mod march;
 
 pub use command::{Answer, Command, Grip};

@@ -3,6 +3,7 @@
 mod board_limits;
 mod commands;
 mod faults;
+mod flash;
 mod grips;
 mod hostile;
 mod mock;
@@ -11,5 +12,6 @@ mod regulators;
 mod repeats;
 mod scenarios;
 mod sequences;
+mod storage;
 mod torture;
 mod zero;
