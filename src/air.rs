@@ -6,7 +6,6 @@ use rise::{Progress, Rise};
 
 use crate::condition::Monitor;
 use crate::math::{lag_gain, larger, smaller};
-use crate::range::{SettingsError, within};
 use crate::units::{Instant, Kilopascals, TICK_US};
 
 /// The pressure, and what it should be.
@@ -64,11 +63,11 @@ impl Default for Settings {
 }
 
 impl Settings {
-    pub(crate) fn validate(&self) -> Result<Active, SettingsError> {
-        let lag_ms = within("regulator_lag_ms", self.regulator_lag_ms, 1.0, 1_000.0)?;
-        Ok(Active {
-            gain: lag_gain(lag_ms),
-        })
+    /// Of settings that are in their ranges.
+    pub(crate) fn active(&self) -> Active {
+        Active {
+            gain: lag_gain(self.regulator_lag_ms),
+        }
     }
 }
 
@@ -265,7 +264,7 @@ mod tests {
 
     #[test]
     fn the_model_starts_at_the_first_measurement_and_then_lags_behind_the_setpoint() {
-        let active = Settings::default().validate().expect("the defaults");
+        let active = Settings::default().active();
         let mut model = AirModel::new();
         assert_eq!(model.drive(100.0, 100.0, None, &active), None);
         assert_eq!(model.observe(at(0), Monitor::Missing).expected, None);
@@ -304,12 +303,7 @@ mod tests {
         let deviating =
             |model: &mut AirModel, ms, monitor| model.observe(at(ms), monitor).deviating_us;
         assert_eq!(deviating(&mut model, 0, valid(100.0)), 0);
-        model.drive(
-            100.0,
-            100.0,
-            None,
-            &Settings::default().validate().expect("the defaults"),
-        );
+        model.drive(100.0, 100.0, None, &Settings::default().active());
         for kpa in [108.0, 92.0] {
             assert_eq!(deviating(&mut model, 5, valid(kpa)), 0, "{kpa}");
         }
@@ -324,7 +318,7 @@ mod tests {
 
     /// A model at 50 kPa on its way to 100.
     fn rising() -> AirModel {
-        let active = Settings::default().validate().expect("the defaults");
+        let active = Settings::default().active();
         let mut model = AirModel::new();
         model.observe(at(0), valid(0.0));
         while model.expected().is_some_and(|kpa| kpa.0 < 50.0) {
@@ -367,7 +361,7 @@ mod tests {
 
     /// Deviation, kPa, at its largest in a grip at 140 kPa by a regulator with this lag, and what is learned.
     fn grip(model: &mut AirModel, lag_ms: f32) -> (f32, Option<u16>) {
-        let active = Settings::default().validate().expect("the defaults");
+        let active = Settings::default().active();
         let (mut pressure, mut most, mut learned) = (0.0f32, 0.0f32, None);
         let begin = Kilopascals(0.0);
         model.expected = Some(begin.0);

@@ -39,7 +39,6 @@ use crate::command::Motion;
 use crate::condition::Reading;
 use crate::estimate::Contact;
 use crate::math::larger;
-use crate::range::{SettingsError, within};
 use crate::units::{FINGERS, Instant, TICK_US};
 
 /// What counts as a slip and as a loss, of the object or of air.
@@ -67,27 +66,14 @@ impl Default for Settings {
 }
 
 impl Settings {
-    pub(crate) fn validate(&self) -> Result<Active, SettingsError> {
-        let allowance = within(
-            "loss_allowance_percent",
-            self.loss_allowance_percent,
-            1.0,
-            50.0,
-        )?;
-        let evidence = within(
-            "loss_evidence_percent_ms",
-            self.loss_evidence_percent_ms,
-            1.0,
-            10_000.0,
-        )?;
-        let slip = within("slip_percent", self.slip_percent, 1.0, 50.0)?;
-        let air_loss_kpa = within("air_loss_kpa", self.air_loss_kpa, 1.0, 100.0)?;
-        Ok(Active {
-            loss_allowance: 0.01 * allowance,
-            loss_evidence: 0.01 * evidence * 1e3 / TICK_US as f32,
-            slip: 0.01 * slip,
-            air_loss_kpa,
-        })
+    /// Of settings that are in their ranges.
+    pub(crate) fn active(&self) -> Active {
+        Active {
+            loss_allowance: 0.01 * self.loss_allowance_percent,
+            loss_evidence: 0.01 * self.loss_evidence_percent_ms * 1e3 / TICK_US as f32,
+            slip: 0.01 * self.slip_percent,
+            air_loss_kpa: self.air_loss_kpa,
+        }
     }
 }
 

@@ -11,7 +11,6 @@ use silicone::Silicone;
 pub use silicone::Settings as SiliconeSettings;
 
 use crate::condition::{Gauge, Monitor, Reading};
-use crate::range::{SettingsError, within};
 use crate::table::{self, FingerTable, Range};
 use crate::units::{Degrees, FINGERS, Kilopascals, Microstrain};
 
@@ -40,6 +39,11 @@ pub struct Settings {
     pub contact_percent: f32,
 }
 
+impl GaugeSense {
+    /// Every one of them, in the order of their words in the settings file.
+    pub const ALL: [Self; 2] = [Self::Bend, Self::Contact];
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -53,20 +57,15 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// For a table that ends at `max_kpa`.
-    pub(crate) fn validate(&self, max_kpa: f32) -> Result<Active, SettingsError> {
-        let [a, b, c] = self.free_bend_gain;
-        Ok(Active {
-            silicone: silicone::Active::of(&self.silicone, max_kpa)?,
+    /// Of settings that are in their ranges, for a table that ends at `max_kpa`.
+    pub(crate) fn active(&self, max_kpa: f32) -> Active {
+        Active {
+            silicone: silicone::Active::of(&self.silicone, max_kpa),
             gauge_sense: self.gauge_sense,
-            free_bend_gain: [
-                within("free_bend_gain[0]", a, 0.5, 2.0)?,
-                within("free_bend_gain[1]", b, 0.5, 2.0)?,
-                within("free_bend_gain[2]", c, 0.5, 2.0)?,
-            ],
-            contact_ue: within("contact_ue", self.contact_ue, 1.0, 20_000.0)?,
-            contact_fraction: 0.01 * within("contact_percent", self.contact_percent, 0.0, 50.0)?,
-        })
+            free_bend_gain: self.free_bend_gain,
+            contact_ue: self.contact_ue,
+            contact_fraction: 0.01 * self.contact_percent,
+        }
     }
 }
 

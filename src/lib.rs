@@ -23,7 +23,6 @@ extern crate std;
 pub mod fault;
 pub mod frontend;
 mod math;
-mod range;
 pub mod settings;
 pub mod table;
 pub mod units;

@@ -20,6 +20,11 @@ pub(crate) fn root(x: f32) -> f32 {
     root
 }
 
+/// Milliseconds of a valid setting, in µs.
+pub(crate) fn micros(ms: f32) -> u64 {
+    (1e3 * ms) as u64
+}
+
 /// The larger of two numbers; `b` where `a` is none. `f32::max` is a call into the runtime on this core,
 /// which has no instruction for it.
 pub(crate) fn larger(a: f32, b: f32) -> f32 {

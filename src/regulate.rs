@@ -2,7 +2,6 @@
 
 use crate::air::{self, Air, AirModel, FOLLOWING_KPA};
 use crate::math::{larger, smaller};
-use crate::range::{SettingsError, within};
 use crate::units::{Kilopascals, TICK_US};
 
 /// Proportional gain on the deviation. The regulator has its own loop; this one only trims it.
@@ -34,14 +33,12 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// `ceiling_kpa`: what the finger's table and the regulator reach.
-    pub(crate) fn validate(&self, ceiling_kpa: f32) -> Result<Active, SettingsError> {
-        let max = within("max_pressure_kpa", self.max_pressure_kpa, 1.0, ceiling_kpa)?;
-        let slew = within("slew_kpa_per_s", self.slew_kpa_per_s, 1.0, 10_000.0)?;
-        Ok(Active {
-            max_pressure: Kilopascals(max),
-            slew_kpa_per_tick: slew * TICK_US as f32 * 1e-6,
-        })
+    /// Of settings that are in their ranges.
+    pub(crate) fn active(&self) -> Active {
+        Active {
+            max_pressure: Kilopascals(self.max_pressure_kpa),
+            slew_kpa_per_tick: self.slew_kpa_per_s * TICK_US as f32 * 1e-6,
+        }
     }
 }
 
@@ -146,7 +143,7 @@ mod tests {
     use crate::units::Instant;
 
     fn active() -> Active {
-        Settings::default().validate(160.0).expect("good settings")
+        Settings::default().active()
     }
 
     /// A regulator and what it drives.
@@ -175,7 +172,7 @@ mod tests {
                 None => Monitor::Missing,
             };
             let air = self.model.observe(now, monitor);
-            let air_active = air::Settings::default().validate().expect("good settings");
+            let air_active = air::Settings::default().active();
             let target = target.map(Kilopascals);
             self.regulator
                 .step(target, &air, &mut self.model, (&active(), &air_active))

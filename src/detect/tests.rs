@@ -23,7 +23,7 @@ impl Bench {
     fn new() -> Self {
         Self {
             detector: Detector::new(),
-            active: Settings::default().validate().expect("good settings"),
+            active: Settings::default().active(),
             free: table::free_strain(&FINGER, Kilopascals(140.0)).0,
             motion: Motion::Moving,
             pressure_changes: false,
@@ -332,7 +332,7 @@ fn all(bench: &mut Bench, share: f32) -> Verdict {
 
 #[test]
 fn the_settings_are_shares_and_ticks_in_the_control_tick() {
-    let active = Settings::default().validate().expect("good settings");
+    let active = Settings::default().active();
     for (value, expected) in [
         (active.loss_allowance, 0.05),
         // 8 %·ms at a tick of 1 ms.

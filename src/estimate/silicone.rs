@@ -9,7 +9,6 @@
 //! ```
 
 use crate::math::lag_gain;
-use crate::range::{SettingsError, within};
 use crate::units::{Kilopascals, TICK_US};
 
 /// Play operators.
@@ -74,32 +73,26 @@ pub struct Active {
 }
 
 impl Active {
-    /// Of these settings, for a table that ends at `max_kpa`.
-    ///
-    /// # Errors
-    /// The first setting that is out of its range.
-    pub fn of(settings: &Settings, max_kpa: f32) -> Result<Self, SettingsError> {
-        let up_ms = within("inflation_lag_ms", settings.inflation_lag_ms, 1.0, 5_000.0)?;
-        let down_ms = within("deflation_lag_ms", settings.deflation_lag_ms, 1.0, 5_000.0)?;
-        let hysteresis = within("hysteresis_percent", settings.hysteresis_percent, 0.0, 25.0)?;
-        let creep = within("creep_percent", settings.creep_percent, 0.0, 25.0)?;
-        let creep_s = within("creep_time_s", settings.creep_time_s, 0.1, 600.0)?;
-        let bending_hz = within("bending_hz", settings.bending_hz, 0.1, 50.0)?;
-        let damping = within("bending_damping", settings.bending_damping, 0.1, 2.0)?;
-        let omega_dt = core::f32::consts::TAU * bending_hz * TICK_US as f32 * 1e-6;
+    /// Of settings that are in their ranges, for a table that ends at `max_kpa`.
+    pub fn of(settings: &Settings, max_kpa: f32) -> Self {
+        let (up_ms, down_ms) = (settings.inflation_lag_ms, settings.deflation_lag_ms);
+        let omega_dt = core::f32::consts::TAU * settings.bending_hz * TICK_US as f32 * 1e-6;
         let plays_kpa: [f32; PLAYS] =
             core::array::from_fn(|j| WIDEST * max_kpa * (j + 1) as f32 / PLAYS as f32);
         let summed_kpa: f32 = plays_kpa.iter().sum();
-        Ok(Self {
+        Self {
             inflation_gain: lag_gain(up_ms),
             deflation_gain: lag_gain(down_ms),
             plays_kpa,
-            weight: 0.01 * hysteresis * max_kpa / (2.0 * summed_kpa),
-            creep: 0.01 * creep,
-            creep_gain: lag_gain(1e3 * creep_s),
-            bending: [omega_dt * omega_dt, 2.0 * damping * omega_dt],
+            weight: 0.01 * settings.hysteresis_percent * max_kpa / (2.0 * summed_kpa),
+            creep: 0.01 * settings.creep_percent,
+            creep_gain: lag_gain(1e3 * settings.creep_time_s),
+            bending: [
+                omega_dt * omega_dt,
+                2.0 * settings.bending_damping * omega_dt,
+            ],
             known_after_ticks: (KNOWN_AFTER * up_ms.max(down_ms) * 1e3 / TICK_US as f32) as u16,
-        })
+        }
     }
 }
 
@@ -174,7 +167,7 @@ mod tests {
     const MAX_KPA: f32 = 160.0;
 
     fn active(settings: &Settings) -> Active {
-        Active::of(settings, MAX_KPA).expect("good settings")
+        Active::of(settings, MAX_KPA)
     }
 
     /// What the finger has followed after so many ticks at each of these pressures.

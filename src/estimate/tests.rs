@@ -17,9 +17,7 @@ fn reading(pressure: f32, strain: [f32; 3]) -> Reading {
 }
 
 fn active(settings: Settings) -> Active {
-    settings
-        .validate(FINGER.max_pressure_kpa)
-        .expect("good settings")
+    settings.active(FINGER.max_pressure_kpa)
 }
 
 fn settle(estimator: &mut Estimator, active: &Active, reading: &Reading) -> Contact {

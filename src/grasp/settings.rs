@@ -1,6 +1,6 @@
 //! How to grip, and what to do when something goes wrong.
 
-use crate::range::{SettingsError, micros, within};
+use crate::math::micros;
 use crate::units::{Kilopascals, Volts};
 
 /// What the fingers do once the object is gone.
@@ -15,6 +15,11 @@ pub enum OnLoss {
     Regrip,
 }
 
+impl OnLoss {
+    /// Every one of them, in the order of their words in the settings file.
+    pub const ALL: [Self; 3] = [Self::Hold, Self::Vent, Self::Regrip];
+}
+
 /// What the outputs do when a fault is latched, where the fault leaves a choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -23,6 +28,11 @@ pub enum OnFault {
     Vent,
     /// Keep the pressure: what is held stays held.
     Hold,
+}
+
+impl OnFault {
+    /// Every one of them, in the order of their words in the settings file.
+    pub const ALL: [Self; 2] = [Self::Vent, Self::Hold];
 }
 
 /// How to grip, and what to do when something goes wrong.
@@ -68,36 +78,21 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// `limit`: no command goes above. `ceiling_kpa`: what the finger's table and the regulator reach.
-    pub(crate) fn validate(
-        &self,
-        limit: Kilopascals,
-        ceiling_kpa: f32,
-    ) -> Result<Active, SettingsError> {
-        let grip_kpa = within("grip_pressure_kpa", self.grip_pressure_kpa, 1.0, limit.0)?;
-        let raise_kpa = within("regrip_raise_kpa", self.regrip_raise_kpa, 0.0, ceiling_kpa)?;
-        let timeout_ms = within("host_timeout_ms", self.host_timeout_ms, 0.0, 60_000.0)?;
-        let settle_ms = within("settle_ms", self.settle_ms, 0.0, 10_000.0)?;
-        let follow_ms = within("not_following_ms", self.not_following_ms, 10.0, 10_000.0)?;
-        let supply_v = within("supply_min_v", self.supply_min_v, 0.0, 30.0)?;
-        let margin = within(
-            "lift_margin_percent",
-            self.lift_margin_percent,
-            0.0,
-            1_000.0,
-        )?;
-        Ok(Active {
+    /// Of settings that are in their ranges. `limit`: no command goes above.
+    pub(crate) fn active(&self, limit: Kilopascals) -> Active {
+        let timeout_ms = self.host_timeout_ms;
+        Active {
             max_pressure: limit,
-            grip_pressure: Kilopascals(grip_kpa),
-            settle_us: micros(settle_ms),
-            lift_margin: 0.01 * margin,
-            not_following_us: micros(follow_ms),
-            supply_min: Volts(supply_v),
+            grip_pressure: Kilopascals(self.grip_pressure_kpa),
+            settle_us: micros(self.settle_ms),
+            lift_margin: 0.01 * self.lift_margin_percent,
+            not_following_us: micros(self.not_following_ms),
+            supply_min: Volts(self.supply_min_v),
             host_timeout_us: (timeout_ms > 0.0).then(|| micros(timeout_ms)),
             on_fault: self.on_fault,
             on_loss: self.on_loss,
-            regrip_raise_kpa: raise_kpa,
-        })
+            regrip_raise_kpa: self.regrip_raise_kpa,
+        }
     }
 }
 

@@ -31,7 +31,7 @@ impl Bench {
         let limit = Kilopascals(160.0);
         let mut bench = Self {
             supervisor: Supervisor::new(None),
-            active: settings.validate(limit, limit.0).expect("good settings"),
+            active: settings.active(limit),
             reading: Reading {
                 gauges: [Gauge::Valid(Microstrain(0.0)); FINGERS],
                 noise_variance: [400.0; FINGERS],

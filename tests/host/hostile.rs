@@ -30,14 +30,16 @@ fn settings_at_any_place_of_their_ranges_are_valid_and_one_wrong_number_is_named
         let settings = any_settings(&mut rng);
         let valid = settings.validate(&FrontEnd::REFERENCE, &FINGER);
         assert!(valid.is_ok(), "{valid:?}");
-        let (settings, name) = wrong_settings(&mut rng);
-        let error = settings
-            .validate(&FrontEnd::REFERENCE, &FINGER)
-            .expect_err("a wrong setting");
-        // A wrong limit may be found by what it limits.
-        assert!(
-            error.field == name || name == "max_pressure_kpa",
-            "{name}: {error}"
-        );
+        let (mut settings, number, value) = wrong_settings(&mut rng);
+        let before = settings;
+        let error = match settings.set(number, value) {
+            Ok(()) => settings.validate(&FrontEnd::REFERENCE, &FINGER).err(),
+            Err(error) => {
+                assert_eq!(settings, before);
+                Some(error)
+            }
+        };
+        let error = error.expect("a wrong setting");
+        assert_eq!(error.number, number, "{value}: {error}");
     }
 }

@@ -7,10 +7,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 9] = [
+const INTERNAL: [(&str, &[&str]); 10] = [
     ("softgrip-table", &[]),
+    ("softgrip-settings", &[]),
     ("finger", &["softgrip-table"]),
-    ("softgrip", &["finger", "softgrip-table"]),
+    (
+        "softgrip",
+        &["finger", "softgrip-settings", "softgrip-table"],
+    ),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (

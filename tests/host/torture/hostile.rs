@@ -12,48 +12,15 @@ use softgrip::command::{Motion, Payload};
 use softgrip::fault::{Fault, RULES};
 use softgrip::frontend::FrontEnd;
 use softgrip::grasp::State;
-use softgrip::settings::{GaugeSense, OnFault, OnLoss, Settings};
+use softgrip::settings::Settings;
 use softgrip::table::{FINGER, ObjectKind};
 use softgrip::telemetry::Event;
 use softgrip::units::{
     AdcCode, Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Millivolts,
 };
 use softgrip::{Command, Controller, Grip, Outputs, RawFrame};
+use softgrip_settings::{FIELDS, Field, Kind, LIMITS};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-
-/// One number of the settings, and the range that it may be in.
-type Field = (&'static str, f32, f32, fn(&mut Settings) -> &mut f32);
-
-/// Every number of the settings; the grip's pressure comes last, for its limit is another one.
-#[rustfmt::skip]
-const FIELDS: [Field; 26] = [
-    ("max_pressure_kpa", 1.0, 160.0, |s| &mut s.regulator.max_pressure_kpa),
-    ("regrip_raise_kpa", 0.0, 160.0, |s| &mut s.grip.regrip_raise_kpa),
-    ("host_timeout_ms", 0.0, 60_000.0, |s| &mut s.grip.host_timeout_ms),
-    ("slew_kpa_per_s", 1.0, 10_000.0, |s| &mut s.regulator.slew_kpa_per_s),
-    ("regulator_lag_ms", 1.0, 1_000.0, |s| &mut s.air.regulator_lag_ms),
-    ("inflation_lag_ms", 1.0, 5_000.0, |s| &mut s.finger.silicone.inflation_lag_ms),
-    ("deflation_lag_ms", 1.0, 5_000.0, |s| &mut s.finger.silicone.deflation_lag_ms),
-    ("hysteresis_percent", 0.0, 25.0, |s| &mut s.finger.silicone.hysteresis_percent),
-    ("creep_percent", 0.0, 25.0, |s| &mut s.finger.silicone.creep_percent),
-    ("creep_time_s", 0.1, 600.0, |s| &mut s.finger.silicone.creep_time_s),
-    ("bending_hz", 0.1, 50.0, |s| &mut s.finger.silicone.bending_hz),
-    ("bending_damping", 0.1, 2.0, |s| &mut s.finger.silicone.bending_damping),
-    ("free_bend_gain[0]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[0]),
-    ("free_bend_gain[1]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[1]),
-    ("free_bend_gain[2]", 0.5, 2.0, |s| &mut s.finger.free_bend_gain[2]),
-    ("contact_ue", 1.0, 20_000.0, |s| &mut s.finger.contact_ue),
-    ("contact_percent", 0.0, 50.0, |s| &mut s.finger.contact_percent),
-    ("settle_ms", 0.0, 10_000.0, |s| &mut s.grip.settle_ms),
-    ("loss_allowance_percent", 1.0, 50.0, |s| &mut s.detection.loss_allowance_percent),
-    ("loss_evidence_percent_ms", 1.0, 10_000.0, |s| &mut s.detection.loss_evidence_percent_ms),
-    ("slip_percent", 1.0, 50.0, |s| &mut s.detection.slip_percent),
-    ("air_loss_kpa", 1.0, 100.0, |s| &mut s.detection.air_loss_kpa),
-    ("not_following_ms", 10.0, 10_000.0, |s| &mut s.grip.not_following_ms),
-    ("supply_min_v", 0.0, 30.0, |s| &mut s.grip.supply_min_v),
-    ("lift_margin_percent", 0.0, 1_000.0, |s| &mut s.grip.lift_margin_percent),
-    ("grip_pressure_kpa", 1.0, 160.0, |s| &mut s.grip.grip_pressure_kpa),
-];
 
 /// Lives that share a season.
 const LIVES_PER_SEASON: u64 = 64;
@@ -61,44 +28,49 @@ const LIVES_PER_SEASON: u64 = 64;
 /// Valid settings over their whole ranges, their ends most of all.
 pub fn any_settings(rng: &mut Rng) -> Settings {
     let mut settings = Settings::default();
-    settings.finger.gauge_sense = pick(rng, &[GaugeSense::Bend, GaugeSense::Contact]);
-    settings.grip.on_fault = pick(rng, &[OnFault::Hold, OnFault::Vent]);
-    settings.grip.on_loss = pick(rng, &[OnLoss::Hold, OnLoss::Vent, OnLoss::Regrip]);
-    for (name, min, max, field) in FIELDS {
-        let max = match name {
-            "grip_pressure_kpa" => settings.regulator.max_pressure_kpa,
-            _ => max,
-        };
-        let value = field(&mut settings);
-        *value = match rng.u8(..8) {
-            0 => min,
-            1 => max,
-            2 | 3 => min + (max - min) * rng.f32(),
+    for field in &FIELDS {
+        let (min, max) = range(field, &settings);
+        let value = settings
+            .get(field.number)
+            .expect("every field is a setting");
+        let value = match (field.kind, rng.u8(..8)) {
+            (Kind::Choice(words), _) => rng.usize(..words.len()) as f32,
+            (_, 0) => min,
+            (_, 1) => max,
+            (_, 2 | 3) => min + (max - min) * rng.f32(),
             // As near to the lower end as the range is wide.
-            4 => (min + (max - min) * rng.f32().powi(6)).min(max),
+            (_, 4) => (min + (max - min) * rng.f32().powi(6)).min(max),
             _ => value.clamp(min, max),
         };
+        settings
+            .set(field.number, value)
+            .expect("a value in its range");
     }
     settings
 }
 
-/// Settings with one wrong number, and its name.
-pub fn wrong_settings(rng: &mut Rng) -> (Settings, &'static str) {
-    let mut settings = any_settings(rng);
-    let (name, min, max, field) = FIELDS[rng.usize(..FIELDS.len())];
-    let max = match name {
-        "grip_pressure_kpa" => settings.regulator.max_pressure_kpa,
-        _ => max,
-    };
-    *field(&mut settings) = match rng.u8(..6) {
+/// Settings, and a wrong value for one of them: its number and the value.
+pub fn wrong_settings(rng: &mut Rng) -> (Settings, u16, f32) {
+    let settings = any_settings(rng);
+    let field = &FIELDS[rng.usize(..FIELDS.len())];
+    let (min, max) = range(field, &settings);
+    let value = match rng.u8(..6) {
         0 => min.next_down(),
         1 => max.next_up(),
         2 => f32::NAN,
         3 => f32::INFINITY,
         4 => f32::NEG_INFINITY,
-        _ => -1.0 - 1e6 * rng.f32(),
+        _ => min - 1.0 - 1e6 * rng.f32(),
     };
-    (settings, name)
+    (settings, field.number, value)
+}
+
+/// What a setting may be with the default finger and the settings before it.
+fn range(field: &Field, settings: &Settings) -> (f32, f32) {
+    let limit = LIMITS.iter().find(|limit| limit.number == field.number);
+    let limit = limit.expect("every field has a limit");
+    let limit = limit.at(FINGER.max_pressure_kpa, settings.regulator.max_pressure_kpa);
+    (limit.min, limit.max)
 }
 
 /// How often each state was seen and each fault told.

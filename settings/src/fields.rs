@@ -1,0 +1,81 @@
+//! The one table of all settings.
+
+use crate::{Field, Kind};
+
+/// Every setting, in the order of their numbers.
+///
+/// A setting is added by a row here, a field in the stage that uses it, and an arm of `leaf` in
+/// `src/settings/leaves.rs`. A number that was ever released is not used again.
+#[rustfmt::skip]
+pub const FIELDS: [Field; 29] = [
+    of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
+    of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
+    of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
+
+    choice(200, "finger.gauge_sense", &["bend", "contact"], 0, "What the gauges see: the finger's bending, which contact takes from, or contact alone"),
+    of(201, "finger.contact_ue", "µε", 1.0, 20_000.0, 500.0, "A finger touches when its residual exceeds this and the share below"),
+    of(202, "finger.contact_percent", "%", 0.0, 50.0, 5.0, "Share of the free-bend strain by which the table may be wrong"),
+    of(210, "finger.silicone.inflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "Time constant of a finger's inflation, pressure to joint torque"),
+    of(211, "finger.silicone.deflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "The same while the pressure falls"),
+    of(212, "finger.silicone.hysteresis_percent", "%", 0.0, 25.0, 0.0, "How far apart the pressures of the same shape are on the way up and down, in percent of the table's highest pressure"),
+    of(213, "finger.silicone.creep_percent", "%", 0.0, 25.0, 0.0, "So much of the shape follows late, beyond the table's"),
+    of(214, "finger.silicone.creep_time_s", "s", 0.1, 600.0, 30.0, "Time constant of the creep"),
+    of(215, "finger.silicone.bending_hz", "Hz", 0.1, 50.0, 5.9, "Natural frequency of a finger's bending"),
+    of(216, "finger.silicone.bending_damping", "", 0.1, 2.0, 0.45, "Damping ratio of a finger's bending"),
+    of(220, "finger.free_bend_gain[0]", "", 0.5, 2.0, 1.0, FREE_BEND),
+    of(221, "finger.free_bend_gain[1]", "", 0.5, 2.0, 1.0, FREE_BEND),
+    of(222, "finger.free_bend_gain[2]", "", 0.5, 2.0, 1.0, FREE_BEND),
+
+    of(300, "detection.loss_allowance_percent", "%", 1.0, 50.0, 5.0, "Loss: fall of the summed residual, in percent of its plateau, that counts for nothing"),
+    of(301, "detection.loss_evidence_percent_ms", "%·ms", 1.0, 10_000.0, 8.0, "Loss: fall beyond the allowance times its duration at which the object is gone"),
+    of(302, "detection.slip_percent", "%", 1.0, 50.0, 7.0, "Slip: change of the summed residual at constant pressure, in percent of its plateau"),
+    of(303, "detection.air_loss_kpa", "kPa", 1.0, 100.0, 8.0, "The air is going when the pressure lies this far below what the command should give"),
+
+    of(400, "grip.grip_pressure_kpa", "kPa", 1.0, 1_000.0, 140.0, "Pressure of a grip that names none; at most regulator.max_pressure_kpa"),
+    of(401, "grip.settle_ms", "ms", 0.0, 10_000.0, 150.0, "From reaching the set-point to judging whether something is held"),
+    of(402, "grip.lift_margin_percent", "%", 0.0, 1_000.0, 20.0, "Lift that a grip for a payload must have beyond the payload's load"),
+    of(403, "grip.not_following_ms", "ms", 10.0, 10_000.0, 300.0, "A longer deviation of the pressure from what the command should give is a fault"),
+    of(404, "grip.supply_min_v", "V", 0.0, 30.0, 20.4, "Lowest supply voltage"),
+    of(405, "grip.host_timeout_ms", "ms", 0.0, 60_000.0, 0.0, "The robot must say something this often; 0 if it need not"),
+    choice(406, "grip.on_fault", &["vent", "hold"], 1, "What the outputs do in a fault that leaves a choice"),
+    choice(407, "grip.on_loss", &["hold", "vent", "regrip"], 0, "What the fingers do once the object is gone"),
+    of(408, "grip.regrip_raise_kpa", "kPa", 0.0, 1_000.0, 20.0, "How much harder they close then, as far as the limit allows"),
+];
+
+const FREE_BEND: &str = "Measured free-bend strain over the table's, for each finger";
+
+const fn of(
+    number: u16,
+    name: &'static str,
+    unit: &'static str,
+    min: f32,
+    max: f32,
+    default: f32,
+    sentence: &'static str,
+) -> Field {
+    Field {
+        number,
+        name,
+        unit,
+        kind: Kind::Number { min, max },
+        default,
+        sentence,
+    }
+}
+
+const fn choice(
+    number: u16,
+    name: &'static str,
+    words: &'static [&'static str],
+    default: u8,
+    sentence: &'static str,
+) -> Field {
+    Field {
+        number,
+        name,
+        unit: "",
+        kind: Kind::Choice(words),
+        default: default as f32,
+        sentence,
+    }
+}
