@@ -54,6 +54,7 @@ pub mod controller;
 
 pub mod telemetry;
 
+mod checksum;
 pub mod failure;
 
 pub mod storage;

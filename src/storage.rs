@@ -31,8 +31,9 @@
 
 use core::ops::Range;
 
-use crc::{CRC_32_ISCSI, Crc, Digest, NoTable};
 use embedded_storage_async::nor_flash::{NorFlash, NorFlashError};
+
+use crate::checksum::checksum;
 
 /// Bytes that a record takes.
 pub const PLACE: u32 = 1024;
@@ -208,10 +209,7 @@ impl<F: NorFlash> Storage<F> {
             let at = at + BYTES_AT + whole.len() as u32;
             self.flash.write(at, &last).await?;
         }
-        let mut sum = CRC.digest();
-        add(&mut sum, &header);
-        add(&mut sum, bytes);
-        let sum = sum.finalize();
+        let sum = checksum(checksum(0, &header), bytes);
         self.flash.write(at + SUM_AT, &sum.to_le_bytes()).await?;
         let reads_back = self.word(at + SUM_AT).await? == sum
             && self.check(number, &mut []).await? == State::Valid(bytes.len());
@@ -259,8 +257,7 @@ impl<F: NorFlash> Storage<F> {
         let [.., a, b, c, d] = header;
         let length = u32::from_le_bytes([a, b, c, d]) as usize;
         if length <= PAYLOAD {
-            let mut sum = CRC.digest();
-            add(&mut sum, &header);
+            let mut sum = checksum(0, &header);
             for from in (0..length).step_by(CHUNK) {
                 let mut chunk = [0; CHUNK];
                 let left = length - from;
@@ -269,12 +266,12 @@ impl<F: NorFlash> Storage<F> {
                     self.flash.read(at + BYTES_AT + from as u32, chunk).await?;
                 }
                 let read = chunk.get(..left).unwrap_or(&chunk);
-                add(&mut sum, read);
+                sum = checksum(sum, read);
                 for (byte, read) in bytes.iter_mut().skip(from).zip(read) {
                     *byte = *read;
                 }
             }
-            if self.word(at + SUM_AT).await? == sum.finalize() {
+            if self.word(at + SUM_AT).await? == sum {
                 return Ok(State::Valid(length));
             }
         }
@@ -316,12 +313,4 @@ impl<F: NorFlash> Storage<F> {
     async fn erase(&mut self, at: u32) -> Result<(), F::Error> {
         self.flash.erase(at, at + F::ERASE_SIZE as u32).await
     }
-}
-
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
-
-// Once in the image: inlined it is half a kilobyte each time.
-#[inline(never)]
-fn add(sum: &mut Digest<'_, u32, NoTable>, bytes: &[u8]) {
-    sum.update(bytes);
 }
