@@ -3,14 +3,18 @@
 use crc::{CRC_32_ISCSI, Crc, NoTable};
 
 /// The checksum of something, of which `before` is the checksum of what stands before these bytes; zero for nothing.
-// Once in the image: where the number of bytes is known, the compiler writes a shift for each of their bits, which
-// for a failure's record was 8 kB.
-#[inline(never)]
 pub(crate) fn checksum(before: u32, bytes: &[u8]) -> u32 {
+    bytes.iter().fold(before, |sum, &byte| add(sum, byte))
+}
+
+// Once in the image: where it knows how many bytes there are, the compiler writes a shift for each of their bits,
+// which for a failure's record was 8 kB.
+#[inline(never)]
+fn add(before: u32, byte: u8) -> u32 {
     let crc = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
     // What comes out is inverted, and what goes in has its bits the other way round.
     let mut digest = crc.digest_with_initial((!before).reverse_bits());
-    digest.update(bytes);
+    digest.update(&[byte]);
     digest.finalize()
 }
 

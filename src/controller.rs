@@ -85,7 +85,10 @@ impl Controller {
             table,
             active,
             feedback: Feedback {
-                expected: Expected::default(),
+                expected: Expected {
+                    zero_ue: active.finger.tare_ue,
+                    ..Expected::default()
+                },
                 acknowledged: false,
                 tare_begins: false,
                 motion: Motion::default(),
@@ -93,7 +96,7 @@ impl Controller {
             conditioner: Conditioner::new(),
             air: AirModel::new(),
             estimator: Estimator::new(),
-            zero: Zero::new(),
+            zero: Zero::tared(active.finger.tare_ue),
             detector: Detector::new(),
             supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
@@ -105,6 +108,11 @@ impl Controller {
     /// The settings in use.
     pub fn active(&self) -> &Active {
         &self.active
+    }
+
+    /// What is subtracted from each gauge, µε: after [`Event::Tared`] what the tare has measured.
+    pub fn zero_ue(&self) -> [f32; FINGERS] {
+        self.zero.offsets_ue()
     }
 
     /// What the detector looked at in the last tick; none while nothing is held at a steady pressure.

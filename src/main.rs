@@ -1,4 +1,4 @@
-//! The firmware: a board, the control task at 1 kHz, and a task that tells the host.
+//! The firmware: a board, the control task at 1 kHz, a task that tells the host, and one that stores settings.
 #![no_std]
 #![no_main]
 
@@ -20,6 +20,8 @@ mod identity;
 mod links;
 #[path = "firmware/record.rs"]
 mod record;
+#[path = "firmware/storage.rs"]
+mod storage;
 #[path = "firmware/telemetry.rs"]
 mod telemetry;
 
@@ -29,7 +31,6 @@ use softgrip::Controller;
 use softgrip::failure::Failure;
 use softgrip::fault::Fault;
 use softgrip::march::march;
-use softgrip::settings::Settings;
 use softgrip::table::FINGER;
 
 use identity::Identity;
@@ -73,7 +74,7 @@ async fn main(spawner: Spawner) {
             failsafe::tell(&failure);
         });
     }
-    let (board, clock) = board::init();
+    let (board, flash, clock) = board::init();
     let identity = Identity {
         reset,
         clock,
@@ -81,12 +82,21 @@ async fn main(spawner: Spawner) {
     };
     identity.tell();
 
-    match Settings::for_finger(&board::FRONT_END, &FINGER).validate(&board::FRONT_END, &FINGER) {
+    let keeper = storage::keeper(flash).expect("made once");
+    match keeper.settings.validate(&board::FRONT_END, &FINGER) {
         Ok(active) => {
-            let fault = failure.map(|_| Fault::Internal);
-            let controller = Controller::starting_with(fault, &FINGER, active);
+            let fault = match keeper.invalid {
+                true => Some(Fault::SettingsInvalid),
+                false => failure.map(|_| Fault::Internal),
+            };
+            // In a place of its own: handed to the task by value it would stand on the stack three times.
+            let controller = cortex_m::singleton!(
+                CONTROLLER: Controller = Controller::starting_with(fault, &FINGER, active)
+            );
+            let controller = controller.expect("made once");
             let (sent, received) = links::events().expect("made once");
             spawner.spawn(telemetry::run(received, identity).expect("spawned once"));
+            spawner.spawn(storage::run(keeper).expect("spawned once"));
             let control = control::run(board, controller, clock, sent);
             board::high_priority().spawn(control.expect("spawned once"));
         }

@@ -31,7 +31,8 @@
 
 use core::ops::Range;
 
-use embedded_storage_async::nor_flash::{NorFlash, NorFlashError};
+use embedded_storage::nor_flash::{NorFlashError, ReadNorFlash};
+use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::checksum::checksum;
 
@@ -50,12 +51,9 @@ const SEAL_AT: u32 = PLACE - WORD;
 const END: u32 = 1 << 31;
 /// The last word of a record that was stored.
 const SEALED: u32 = 0;
-/// Bytes that are read at a time.
-const CHUNK: usize = 64;
 
 /// What is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stored {
     /// Nothing has ever been.
     Empty,
@@ -70,7 +68,6 @@ pub enum Stored {
 
 /// Why something was not stored. What was stored before still is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SaveError<E> {
     /// More than [`PAYLOAD`] bytes.
     TooLong,
@@ -97,6 +94,25 @@ enum State {
     Cut,
 }
 
+/// Where a record is to be written.
+struct Place {
+    number: u32,
+    /// The place before is to be left out, visibly.
+    leaves_out: bool,
+    /// Neither sector has a record: what is there must not come to life beside this one, which is in the first.
+    erases_both: bool,
+}
+
+impl Place {
+    fn next(number: u32) -> Self {
+        Self {
+            number,
+            leaves_out: false,
+            erases_both: false,
+        }
+    }
+}
+
 /// The first two sectors of a flash with words of four bytes.
 #[derive(Debug)]
 pub struct Storage<F> {
@@ -105,7 +121,7 @@ pub struct Storage<F> {
     next: Option<u32>,
 }
 
-impl<F: NorFlash> Storage<F> {
+impl<F: NorFlash + ReadNorFlash> Storage<F> {
     /// Places of a sector.
     const PLACES: u32 = {
         assert!(F::WRITE_SIZE == WORD as usize);
@@ -118,15 +134,15 @@ impl<F: NorFlash> Storage<F> {
         Self { flash, next: None }
     }
 
-    /// Reads the newest record into `bytes`.
+    /// Reads the newest record into `bytes`, as far as there is room; more than [`PAYLOAD`] are not needed.
     ///
     /// # Errors
     ///
     /// What the flash refuses to read.
-    pub async fn load(&mut self, bytes: &mut [u8; PAYLOAD]) -> Result<Stored, F::Error> {
-        let Some((number, state)) = self.newest(bytes).await? else {
+    pub fn load(&mut self, bytes: &mut [u8]) -> Result<Stored, F::Error> {
+        let Some((number, state)) = self.newest(bytes)? else {
             for place in 0..2 * Self::PLACES {
-                if !self.is_erased(place).await? {
+                if !self.is_erased(place)? {
                     return Ok(Stored::Corrupt);
                 }
             }
@@ -137,7 +153,7 @@ impl<F: NorFlash> Storage<F> {
         };
         // One that was stored later, and of which not even the number is left.
         for later in Self::behind(number) {
-            if self.word(Self::at(later) + SEAL_AT).await? == SEALED {
+            if self.word(Self::at(later) + SEAL_AT)? == SEALED {
                 return Ok(Stored::Corrupt);
             }
         }
@@ -153,86 +169,89 @@ impl<F: NorFlash> Storage<F> {
         if bytes.len() > PAYLOAD {
             return Err(SaveError::TooLong);
         }
-        let number = match self.next.take() {
-            Some(next) => next,
-            None => self.first_after_start().await?,
+        let Place {
+            number,
+            leaves_out,
+            erases_both,
+        } = match self.next.take() {
+            Some(number) => Place::next(number),
+            None => self.place_after_start()?,
         };
         if number >= END {
             return Err(SaveError::Unreadable);
         }
-        if number.is_multiple_of(Self::PLACES) {
-            self.erase(Self::at(number)).await?;
+        let at = Self::at(number);
+        let size = F::ERASE_SIZE as u32;
+        let first = number.is_multiple_of(Self::PLACES).then_some(at);
+        for sector in [erases_both.then_some(size), first].into_iter().flatten() {
+            self.flash.erase(sector, sector + size).await?;
         }
-        self.write(number, bytes).await?;
+
+        let header = header(number, bytes.len());
+        let sum = checksum(checksum(0, &header), bytes);
+        let (words, rest) = bytes.as_chunks::<4>();
+        let words = words.as_flattened();
+        let mut last = [u8::MAX; 4];
+        for (place, byte) in last.iter_mut().zip(rest) {
+            *place = *byte;
+        }
+        let pieces: [(u32, &[u8]); 6] = [
+            (Self::at(number - 1), if leaves_out { &[0; 4] } else { &[] }),
+            (at, &header),
+            (at + BYTES_AT, words),
+            (
+                at + BYTES_AT + words.len() as u32,
+                if rest.is_empty() { &[] } else { &last },
+            ),
+            (at + SUM_AT, &sum.to_le_bytes()),
+            (at + SEAL_AT, &SEALED.to_le_bytes()),
+        ];
+        for (to, piece) in pieces {
+            let seals = to == at + SEAL_AT;
+            if seals && self.check(number, &mut [])? != State::Valid(bytes.len()) {
+                return Err(SaveError::Unreadable);
+            }
+            self.flash.write(to, piece).await?;
+        }
+        if self.word(at + SEAL_AT)? != SEALED {
+            return Err(SaveError::Unreadable);
+        }
         self.next = Some(number + 1);
         Ok(())
     }
 
-    /// The number of a record that nobody has begun.
-    async fn first_after_start(&mut self) -> Result<u32, F::Error> {
-        let Some((newest, _)) = self.newest(&mut []).await? else {
-            // What is there must not come to life beside the new record, in the first sector.
-            self.erase(F::ERASE_SIZE as u32).await?;
-            return Ok(2 * Self::PLACES);
+    /// The first place that nobody has begun.
+    fn place_after_start(&mut self) -> Result<Place, F::Error> {
+        let Some((newest, _)) = self.newest(&mut [])? else {
+            return Ok(Place {
+                erases_both: true,
+                ..Place::next(2 * Self::PLACES)
+            });
         };
         let mut begun = newest;
         for later in Self::behind(newest) {
-            if !self.is_erased(later).await? {
+            if !self.is_erased(later)? {
                 begun = later;
             }
         }
         let doubtful = begun + 1;
-        if doubtful.is_multiple_of(Self::PLACES) {
-            return Ok(doubtful);
-        }
-        self.flash.write(Self::at(doubtful), &[0; 4]).await?;
-        Ok(doubtful + 1)
-    }
-
-    async fn write(&mut self, number: u32, bytes: &[u8]) -> Result<(), SaveError<F::Error>> {
-        let at = Self::at(number);
-        let mut header = [0; BYTES_AT as usize];
-        let words = [number, !number, bytes.len() as u32];
-        let (places, _) = header.as_chunks_mut::<4>();
-        for (place, word) in places.iter_mut().zip(words) {
-            *place = word.to_le_bytes();
-        }
-        self.flash.write(at, &header).await?;
-        let (whole, rest) = bytes.as_chunks::<4>();
-        let whole = whole.as_flattened();
-        self.flash.write(at + BYTES_AT, whole).await?;
-        if !rest.is_empty() {
-            let mut last = [u8::MAX; 4];
-            for (place, byte) in last.iter_mut().zip(rest) {
-                *place = *byte;
-            }
-            let at = at + BYTES_AT + whole.len() as u32;
-            self.flash.write(at, &last).await?;
-        }
-        let sum = checksum(checksum(0, &header), bytes);
-        self.flash.write(at + SUM_AT, &sum.to_le_bytes()).await?;
-        let reads_back = self.word(at + SUM_AT).await? == sum
-            && self.check(number, &mut []).await? == State::Valid(bytes.len());
-        if !reads_back {
-            return Err(SaveError::Unreadable);
-        }
-        self.flash
-            .write(at + SEAL_AT, &SEALED.to_le_bytes())
-            .await?;
-        match self.word(at + SEAL_AT).await? {
-            SEALED => Ok(()),
-            _ => Err(SaveError::Unreadable),
-        }
+        Ok(match doubtful.is_multiple_of(Self::PLACES) {
+            true => Place::next(doubtful),
+            false => Place {
+                leaves_out: true,
+                ..Place::next(doubtful + 1)
+            },
+        })
     }
 
     /// The newest record that was not cut, and what has become of it; its bytes, as far as there is room.
-    async fn newest(&mut self, bytes: &mut [u8]) -> Result<Option<(u32, State)>, F::Error> {
+    fn newest(&mut self, bytes: &mut [u8]) -> Result<Option<(u32, State)>, F::Error> {
         let mut below = END;
         loop {
             let mut newest = None;
             for place in 0..2 * Self::PLACES {
                 let at = Self::at(place);
-                let (number, inverse) = (self.word(at).await?, self.word(at + WORD).await?);
+                let (number, inverse) = (self.word(at)?, self.word(at + WORD)?);
                 let is_number = number == !inverse && number % (2 * Self::PLACES) == place;
                 // Zero is what is written to a place that is left out.
                 if is_number && (1..below).contains(&number) {
@@ -242,7 +261,7 @@ impl<F: NorFlash> Storage<F> {
             let Some(number) = newest else {
                 return Ok(None);
             };
-            match self.check(number, bytes).await? {
+            match self.check(number, bytes)? {
                 State::Cut => below = number,
                 state => return Ok(Some((number, state))),
             }
@@ -250,43 +269,38 @@ impl<F: NorFlash> Storage<F> {
     }
 
     /// What has become of a record; its bytes, as far as there is room.
-    async fn check(&mut self, number: u32, bytes: &mut [u8]) -> Result<State, F::Error> {
+    fn check(&mut self, number: u32, bytes: &mut [u8]) -> Result<State, F::Error> {
         let at = Self::at(number);
-        let mut header = [0; BYTES_AT as usize];
-        self.flash.read(at, &mut header).await?;
-        let [.., a, b, c, d] = header;
-        let length = u32::from_le_bytes([a, b, c, d]) as usize;
-        if length <= PAYLOAD {
-            let mut sum = checksum(0, &header);
-            for from in (0..length).step_by(CHUNK) {
-                let mut chunk = [0; CHUNK];
-                let left = length - from;
-                let words = left.next_multiple_of(WORD as usize).min(CHUNK);
-                if let Some(chunk) = chunk.get_mut(..words) {
-                    self.flash.read(at + BYTES_AT + from as u32, chunk).await?;
-                }
-                let read = chunk.get(..left).unwrap_or(&chunk);
-                sum = checksum(sum, read);
-                for (byte, read) in bytes.iter_mut().skip(from).zip(read) {
-                    *byte = *read;
+        let length = self.word(at + BYTES_AT - WORD)?;
+        let mut room = bytes.iter_mut();
+        let mut sum = 0;
+        if length <= PAYLOAD as u32 {
+            let end = BYTES_AT + length;
+            for from in (0..end).step_by(WORD as usize) {
+                let word = self.word(at + from)?.to_le_bytes();
+                let stored = word.get(..(end - from) as usize).unwrap_or(&word);
+                sum = checksum(sum, stored);
+                if from >= BYTES_AT {
+                    room.by_ref()
+                        .zip(stored)
+                        .for_each(|(byte, stored)| *byte = *stored);
                 }
             }
-            if self.word(at + SUM_AT).await? == sum {
-                return Ok(State::Valid(length));
+            if self.word(at + SUM_AT)? == sum {
+                return Ok(State::Valid(length as usize));
             }
         }
-        Ok(match self.word(at + SEAL_AT).await? {
+        Ok(match self.word(at + SEAL_AT)? {
             SEALED => State::Damaged,
             _ => State::Cut,
         })
     }
 
     /// Whether everything in a record's place reads erased.
-    async fn is_erased(&mut self, number: u32) -> Result<bool, F::Error> {
-        for from in (0..PLACE).step_by(CHUNK) {
-            let mut chunk = [0; CHUNK];
-            self.flash.read(Self::at(number) + from, &mut chunk).await?;
-            if chunk != [u8::MAX; CHUNK] {
+    #[inline(never)]
+    fn is_erased(&mut self, number: u32) -> Result<bool, F::Error> {
+        for from in (0..PLACE).step_by(WORD as usize) {
+            if self.word(Self::at(number) + from)? != u32::MAX {
                 return Ok(false);
             }
         }
@@ -303,14 +317,21 @@ impl<F: NorFlash> Storage<F> {
         number % (2 * Self::PLACES) * PLACE
     }
 
-    async fn word(&mut self, at: u32) -> Result<u32, F::Error> {
+    // Never inlined, and not the one before: each would stand in the image several times.
+    #[inline(never)]
+    fn word(&mut self, at: u32) -> Result<u32, F::Error> {
         let mut word = [0; 4];
-        self.flash.read(at, &mut word).await?;
+        ReadNorFlash::read(&mut self.flash, at, &mut word)?;
         Ok(u32::from_le_bytes(word))
     }
+}
 
-    /// Erases the sector that begins here.
-    async fn erase(&mut self, at: u32) -> Result<(), F::Error> {
-        self.flash.erase(at, at + F::ERASE_SIZE as u32).await
+fn header(number: u32, length: usize) -> [u8; BYTES_AT as usize] {
+    let mut header = [0; BYTES_AT as usize];
+    let words = [number, !number, length as u32];
+    let (places, _) = header.as_chunks_mut::<4>();
+    for (place, word) in places.iter_mut().zip(words) {
+        *place = word.to_le_bytes();
     }
+    header
 }

@@ -94,14 +94,18 @@ pub struct Zero {
 
 impl Zero {
     /// Zero strain is zero, and nothing has been tared.
-    pub const fn new() -> Self {
-        let offset = Offset {
-            tared_ue: 0.0,
-            drift_ue: 0.0,
-            rest_ue: 0.0,
-        };
+    pub fn new() -> Self {
+        Self::tared([0.0; FINGERS])
+    }
+
+    /// As the last tare of another run has measured, µε.
+    pub fn tared(tare_ue: [f32; FINGERS]) -> Self {
         Self {
-            offsets: [offset; FINGERS],
+            offsets: tare_ue.map(|tared_ue| Offset {
+                tared_ue,
+                drift_ue: 0.0,
+                rest_ue: 0.0,
+            }),
             tare: None,
             rest_ticks: 0,
             learned_ticks: 0,

@@ -7,7 +7,7 @@ use crate::{Field, Kind};
 /// A setting is added by a row here, a field in the stage that uses it, and an arm of `leaf` in
 /// `src/settings/leaves.rs`. A number that was ever released is not used again.
 #[rustfmt::skip]
-pub const FIELDS: [Field; 29] = [
+pub const FIELDS: [Field; 32] = [
     of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
     of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
     of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
@@ -25,6 +25,9 @@ pub const FIELDS: [Field; 29] = [
     of(220, "finger.free_bend_gain[0]", "", 0.5, 2.0, 1.0, FREE_BEND),
     of(221, "finger.free_bend_gain[1]", "", 0.5, 2.0, 1.0, FREE_BEND),
     of(222, "finger.free_bend_gain[2]", "", 0.5, 2.0, 1.0, FREE_BEND),
+    of(230, "finger.tare_ue[0]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
+    of(231, "finger.tare_ue[1]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
+    of(232, "finger.tare_ue[2]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
 
     of(300, "detection.loss_allowance_percent", "%", 1.0, 50.0, 5.0, "Loss: fall of the summed residual, in percent of its plateau, that counts for nothing"),
     of(301, "detection.loss_evidence_percent_ms", "%·ms", 1.0, 10_000.0, 8.0, "Loss: fall beyond the allowance times its duration at which the object is gone"),
@@ -43,6 +46,8 @@ pub const FIELDS: [Field; 29] = [
 ];
 
 const FREE_BEND: &str = "Measured free-bend strain over the table's, for each finger";
+
+const TARE: &str = "What each gauge shows at rest: the last tare, which the firmware stores here";
 
 const fn of(
     number: u16,

@@ -8,18 +8,19 @@ use embassy_time::{Duration, Instant, Ticker};
 use heapless::spsc::Producer;
 use softgrip::inputs::Inputs;
 use softgrip::telemetry::{Event, Events};
-use softgrip::{Controller, RawFrame, TICK_US};
+use softgrip::{Command, Controller, RawFrame, TICK_US};
 
 use crate::board::{self, Board, Clock, IndicatorPins, InputPins, Regulator};
 use crate::links::{
-    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LONGEST_TICK_US, Numbered, TELEMETRY_RAN, TICK, Tick,
+    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LONGEST_TICK_US, Numbered, TARE, TARED, TELEMETRY_RAN,
+    TICK, Tick,
 };
 use crate::record;
 
 #[embassy_executor::task]
 pub async fn run(
     board: Board,
-    controller: Controller,
+    controller: &'static mut Controller,
     clock: Clock,
     events: Producer<'static, Numbered>,
 ) -> ! {
@@ -63,7 +64,7 @@ fn now(moment: Instant) -> softgrip::units::Instant {
 struct Control {
     inputs: InputPins,
     debounced: Inputs,
-    controller: Controller,
+    controller: &'static mut Controller,
     regulator: Regulator,
     indicators: IndicatorPins,
     events: Producer<'static, Numbered>,
@@ -76,7 +77,13 @@ impl Control {
     #[inline(never)]
     fn tick(&mut self, began: Instant, frame: RawFrame) {
         let now = now(began);
-        let command = self.debounced.step(self.inputs.levels());
+        let command = match self.debounced.step(self.inputs.levels()) {
+            Command::Continue if TARE.load(Relaxed) != 0 => {
+                TARE.store(0, Relaxed);
+                Command::Tare
+            }
+            command => command,
+        };
         let outputs = self.controller.step(now, &frame, command);
         self.regulator.set(outputs.dac);
         self.indicators.set(outputs.indicators);
@@ -100,6 +107,9 @@ impl Control {
     /// Passes a tick's events on, and counts what finds no room.
     fn send(&mut self, at: softgrip::units::Instant, events: &Events) {
         for &event in events.iter() {
+            if matches!(event, Event::Tared) {
+                TARED.signal(self.controller.zero_ue());
+            }
             self.number = self.number.wrapping_add(1);
             let number = self.number;
             // The first always holds: it tells the compiler that the queue does not divide by zero.

@@ -7,7 +7,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use heapless::spsc::{Consumer, Producer, Queue};
 use softgrip::telemetry::{Event, Snapshot};
-use softgrip::units::{DacCode, Instant};
+use softgrip::units::{DacCode, FINGERS, Instant};
 use softgrip::{Command, RawFrame};
 
 /// An event with its number, which counts the lost ones too.
@@ -56,6 +56,13 @@ pub static TELEMETRY_PERIOD_US: AtomicU32 = AtomicU32::new(20_000);
 /// A debugger that writes 1 is told once more what runs here. The telemetry task reads and clears it.
 #[used]
 pub static TELL_IDENTITY: AtomicU32 = AtomicU32::new(0);
+
+/// A debugger that writes 1 has the gauges tared. The control task reads and clears it.
+#[used]
+pub static TARE: AtomicU32 = AtomicU32::new(0);
+
+/// What a tare has measured, µε, from the control task to the storage task; a newer one replaces it.
+pub static TARED: Signal<CriticalSectionRawMutex, [f32; FINGERS]> = Signal::new();
 
 /// Events that found no room since start-up. The telemetry task reads it.
 pub static EVENTS_LOST: AtomicU32 = AtomicU32::new(0);

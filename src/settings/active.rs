@@ -1,6 +1,6 @@
 //! Checked settings, as the control tick takes them.
 
-use softgrip_settings::LIMITS;
+use softgrip_settings::all_limits;
 
 use super::error::SettingsError;
 use super::tree::{Settings, ceiling_kpa};
@@ -41,7 +41,7 @@ impl Settings {
     ) -> impl Iterator<Item = SettingsError> {
         let ceiling_kpa = ceiling_kpa(front_end, table);
         let max_kpa = self.regulator.max_pressure_kpa;
-        LIMITS.iter().filter_map(move |limit| {
+        all_limits().iter().filter_map(move |limit| {
             let limit = limit.at(ceiling_kpa, max_kpa);
             let value = self.get(limit.number)?;
             (!limit.allows(value)).then(|| SettingsError::of(&limit, value))

@@ -1,6 +1,6 @@
 //! Every setting by its number.
 
-use softgrip_settings::{LIMITS, Limit};
+use softgrip_settings::{Limit, all_limits};
 
 use super::error::SettingsError;
 use super::tree::Settings;
@@ -17,6 +17,8 @@ enum Leaf<'a> {
 
 impl Settings {
     /// Where the setting with this number is kept.
+    // Never inlined: once in the image is enough.
+    #[inline(never)]
     fn leaf(&mut self, number: u16) -> Option<Leaf<'_>> {
         let Self {
             air,
@@ -44,6 +46,7 @@ impl Settings {
             215 => &mut silicone.bending_hz,
             216 => &mut silicone.bending_damping,
             220..=222 => finger.free_bend_gain.get_mut(usize::from(number - 220))?,
+            230..=232 => finger.tare_ue.get_mut(usize::from(number - 230))?,
             300 => &mut detection.loss_allowance_percent,
             301 => &mut detection.loss_evidence_percent_ms,
             302 => &mut detection.slip_percent,
@@ -77,7 +80,7 @@ impl Settings {
     /// If it is not, or if there is no setting of this number; nothing is changed then. What finger, regulator and other
     /// settings allow is left to [`Settings::problems`].
     pub fn set(&mut self, number: u16, value: f32) -> Result<(), SettingsError> {
-        let limit = LIMITS.iter().find(|limit| limit.number == number);
+        let limit = all_limits().iter().find(|limit| limit.number == number);
         let none = Limit {
             number,
             min: f32::NAN,

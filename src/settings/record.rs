@@ -3,7 +3,7 @@
 //! Six bytes each, little-endian: the number (`u16`) and the value (`f32`). A number never means something else, so
 //! an older or newer release reads what it knows, and a setting that was left alone follows the factory's.
 
-use softgrip_settings::LIMITS;
+use softgrip_settings::{LIMITS, all_limits};
 
 use super::tree::Settings;
 use crate::frontend::FrontEnd;
@@ -29,13 +29,14 @@ pub struct Decoded {
 impl Decoded {
     /// Numbers of the settings that had a wrong value.
     pub fn wrong(&self) -> impl Iterator<Item = u16> {
-        let limits = LIMITS.iter().zip(self.wrong);
+        let limits = all_limits().iter().zip(self.wrong);
         limits.filter_map(|(limit, wrong)| wrong.then_some(limit.number))
     }
 
     fn mark(&mut self, number: u16) {
-        for (limit, wrong) in LIMITS.iter().zip(&mut self.wrong) {
-            *wrong |= limit.number == number;
+        let place = all_limits().iter().position(|limit| limit.number == number);
+        if let Some(wrong) = place.and_then(|place| self.wrong.get_mut(place)) {
+            *wrong = true;
         }
     }
 }
@@ -45,7 +46,7 @@ impl Settings {
     /// they do not fit.
     pub fn encode(&self, factory: &Self, bytes: &mut [u8]) -> Option<usize> {
         let mut length = 0;
-        for limit in &LIMITS {
+        for limit in all_limits() {
             let value = self.get(limit.number)?.to_bits();
             if value == factory.get(limit.number)?.to_bits() {
                 continue;

@@ -11,9 +11,8 @@ use std::pin::pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use embedded_storage_async::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
+use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash as AsyncReadNorFlash};
 use fastrand::Rng;
 
 /// Bytes of a word.
@@ -163,7 +162,7 @@ impl<const SECTOR: usize> ErrorType for Flash<SECTOR> {
 impl<const SECTOR: usize> ReadNorFlash for Flash<SECTOR> {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
         let at = offset as usize;
         if at + bytes.len() > 2 * SECTOR || !at.is_multiple_of(WORD) {
             return Err(Refused);
@@ -173,6 +172,19 @@ impl<const SECTOR: usize> ReadNorFlash for Flash<SECTOR> {
             bytes.copy_from_slice(&word[..bytes.len()]);
         }
         Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        2 * SECTOR
+    }
+}
+
+/// The driver's other face.
+impl<const SECTOR: usize> AsyncReadNorFlash for Flash<SECTOR> {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
+        ReadNorFlash::read(self, offset, bytes)
     }
 
     fn capacity(&self) -> usize {

@@ -1,6 +1,6 @@
 //! What was stored stays stored, whenever the power goes off.
 
-use embedded_storage_async::nor_flash::ReadNorFlash;
+use embedded_storage::nor_flash::ReadNorFlash;
 use fastrand::Rng;
 use softgrip::storage::{PAYLOAD, PLACE, SaveError, Storage, Stored};
 
@@ -14,7 +14,9 @@ const LARGE: usize = 128 << 10;
 /// What is stored; none when nothing valid is.
 fn load<const SECTOR: usize>(flash: &mut Flash<SECTOR>) -> (Stored, Option<Vec<u8>>) {
     let mut bytes = [0; PAYLOAD];
-    let stored = now(Storage::new(&mut *flash).load(&mut bytes)).expect("it reads");
+    let stored = Storage::new(&mut *flash)
+        .load(&mut bytes)
+        .expect("it reads");
     let found = match stored {
         Stored::Found { length } => Some(bytes[..length].to_vec()),
         Stored::Empty | Stored::Corrupt => None,
@@ -253,7 +255,7 @@ fn damage_that_mends_itself_is_not_newer_than_what_was_stored_since() {
     acknowledged(&mut flash, &next);
     for at in numbers {
         let mut word = [0; 4];
-        now(flash.read(at as u32, &mut word)).expect("it reads");
+        flash.read(at as u32, &mut word).expect("it reads");
         // Only what has not been erased since.
         if word != [0xff; 4] && word[3] & 0x40 != 0 {
             flash.flip(at, 30);
@@ -288,10 +290,7 @@ fn a_worn_word_is_noticed_and_the_next_place_taken() {
         );
         assert_eq!(now(storage.save(&[2; 12])), Ok(()));
         let mut bytes = [0; PAYLOAD];
-        assert_eq!(
-            now(storage.load(&mut bytes)),
-            Ok(Stored::Found { length: 12 })
-        );
+        assert_eq!(storage.load(&mut bytes), Ok(Stored::Found { length: 12 }));
         assert_eq!(bytes[..12], [2; 12]);
     }
 }

@@ -1,0 +1,102 @@
+//! The settings in flash: read once at the start, and written by a task of their own, below all others.
+
+use softgrip::settings::{ENCODED_BYTES, Settings};
+use softgrip::storage::{SaveError, Storage, Stored};
+use softgrip::table::FINGER;
+
+use crate::board::{self, SettingsFlash};
+use crate::links::TARED;
+
+/// The settings, and where they are kept.
+pub struct Keeper {
+    storage: Storage<SettingsFlash>,
+    /// What is in use.
+    pub settings: Settings,
+    /// Something that was stored is not valid, and the factory's is in use instead.
+    pub invalid: bool,
+}
+
+/// What is not stored.
+fn factory() -> Settings {
+    Settings::for_finger(&board::FRONT_END, &FINGER)
+}
+
+/// The settings as they are stored. None but for the first caller.
+// Never inlined, so that what it needs is off the stack again when the controller is made.
+#[inline(never)]
+pub fn keeper(flash: SettingsFlash) -> Option<&'static mut Keeper> {
+    let keeper = cortex_m::singleton!(KEEPER: Keeper = Keeper {
+        storage: Storage::new(flash),
+        settings: factory(),
+        invalid: false,
+    })?;
+    keeper.load();
+    Some(keeper)
+}
+
+impl Keeper {
+    /// Reads what is stored.
+    fn load(&mut self) {
+        // A newer release may have stored settings that are unknown here.
+        let mut bytes = [0; 2 * ENCODED_BYTES];
+        match self.storage.load(&mut bytes) {
+            Ok(Stored::Empty) => defmt::info!("settings: the factory's"),
+            Ok(Stored::Found { length }) => {
+                self.take(bytes.get(..length).unwrap_or(&bytes));
+                defmt::info!(
+                    "settings: {=usize} bytes stored, tare {} ue",
+                    length,
+                    self.settings.finger.tare_ue,
+                );
+            }
+            Ok(Stored::Corrupt) | Err(_) => {
+                defmt::error!("the stored settings are damaged: the factory's are used");
+                self.invalid = true;
+            }
+        }
+    }
+
+    fn take(&mut self, bytes: &[u8]) {
+        let decoded = Settings::decode(&factory(), bytes, &board::FRONT_END, &FINGER);
+        if decoded.unknown > 0 {
+            defmt::warn!("{=u16} stored settings are unknown here", decoded.unknown);
+        }
+        for number in decoded.wrong() {
+            defmt::error!(
+                "the stored setting {=u16} is wrong: the factory's is used",
+                number
+            );
+            self.invalid = true;
+        }
+        self.settings = decoded.settings;
+    }
+
+    async fn save(&mut self) {
+        let mut bytes = [0; ENCODED_BYTES];
+        let length = self.settings.encode(&factory(), &mut bytes);
+        let bytes = length.and_then(|length| bytes.get(..length));
+        match self.storage.save(bytes.unwrap_or_default()).await {
+            Ok(()) => defmt::info!("settings stored"),
+            Err(error) => {
+                let why = match error {
+                    SaveError::TooLong => "too many",
+                    SaveError::Unreadable => "they read back as something else",
+                    SaveError::Flash(_) => "the flash refuses",
+                };
+                defmt::error!("settings not stored: {=str}", why);
+            }
+        }
+    }
+}
+
+#[embassy_executor::task]
+pub async fn run(keeper: &'static mut Keeper) -> ! {
+    if keeper.invalid {
+        // Said at this start; the next one shall not stop for it.
+        keeper.save().await;
+    }
+    loop {
+        keeper.settings.finger.tare_ue = TARED.wait().await;
+        keeper.save().await;
+    }
+}
