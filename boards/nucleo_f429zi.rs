@@ -21,6 +21,11 @@ use softgrip::scan::{self, CHANNELS};
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
+#[path = "stm32f4_flash.rs"]
+mod flash;
+
+pub use flash::SettingsFlash;
+
 use crate::links::HIGH_PRIORITY;
 
 pub const NAME: &str = "NUCLEO-F429ZI";
@@ -68,7 +73,7 @@ pub enum Clock {
 }
 
 /// Starts clocks and drivers. The output is safe before and after.
-pub fn init() -> (Board, Clock) {
+pub fn init() -> (Board, SettingsFlash, Clock) {
     let clock = match external_clock() {
         true => Clock::External,
         false => Clock::Internal,
@@ -86,7 +91,37 @@ pub fn init() -> (Board, Clock) {
         w.set_icen(true);
         w.set_dcen(true);
     });
-    (board(p), clock)
+    if misreads_bank_2() {
+        hold_pa12_low();
+    }
+    let (board, flash) = board(p);
+    (board, flash, clock)
+}
+
+/// Silicon before revision 3 (A, Y and 1 by their numbers 0x1000, 0x1003 and 0x1007: RM0090, DBGMCU_IDCODE) reads bank 2
+/// wrong unless PA12 is an output at 0 V (errata ES0206, 2.2.14), and the driver panics then.
+fn misreads_bank_2() -> bool {
+    const REVISION_3: u16 = 0x2001;
+    pac::DBGMCU.idcode().read().rev_id() < REVISION_3
+}
+
+/// As the driver looks for it: with the pull-down as well.
+fn hold_pa12_low() {
+    let pin = 12;
+    pac::GPIOA.bsrr().write(|w| w.set_br(pin, true));
+    pac::GPIOA
+        .pupdr()
+        .modify(|w| w.set_pupdr(pin, pac::gpio::vals::Pupdr::PULL_DOWN));
+    pac::GPIOA
+        .moder()
+        .modify(|w| w.set_moder(pin, pac::gpio::vals::Moder::OUTPUT));
+}
+
+/// Says so where PA12 must be left alone.
+pub fn check_revision() {
+    if misreads_bank_2() {
+        defmt::warn!("silicon before revision 3: PA12 is held low, see boards/README.md");
+    }
 }
 
 /// Whether the ST-LINK's clock is there, and stays switched on.
@@ -128,10 +163,11 @@ fn config(clock: Clock) -> Config {
     config
 }
 
-fn board(p: Peripherals) -> Board {
+fn board(p: Peripherals) -> (Board, SettingsFlash) {
     let pull = Pull::Up;
     let (off, slow) = (Level::Low, Speed::Low);
-    Board {
+    let flash = SettingsFlash::new(p.FLASH);
+    let board = Board {
         converter: Converter {
             adc: p.ADC1,
             dma: p.DMA2_CH0,
@@ -159,7 +195,8 @@ fn board(p: Peripherals) -> Board {
             blue: Output::new(p.PB7, off, slow),
             red: Output::new(p.PB14, off, slow),
         },
-    }
+    };
+    (board, flash)
 }
 
 /// The executor of the control task, above the thread's and below the drivers' interrupts. UART5 is

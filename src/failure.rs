@@ -4,8 +4,7 @@
 //! The firmware keeps a record in RAM that start-up leaves alone. After a power-on that RAM holds
 //! anything, hence the checksum.
 
-use crc::{CRC_32_ISCSI, Crc, NoTable};
-
+use crate::checksum::checksum;
 use crate::grasp::State;
 
 /// Words of an encoded record.
@@ -207,13 +206,13 @@ impl Failure {
         for (word, value) in words.iter_mut().zip(head.into_iter().chain(path)) {
             *word = value;
         }
-        words[WORDS - 1] = checksum(&words);
+        words[WORDS - 1] = sum(&words);
         words
     }
 
     /// The failure in a record; none unless its checksum is right.
     pub fn decode(words: &[u32; WORDS]) -> Option<Self> {
-        if words[WORDS - 1] != checksum(words) {
+        if words[WORDS - 1] != sum(words) {
             return None;
         }
         let [kind, a, b, c, tick, activity, last, first, ref rest @ ..] = *words;
@@ -256,14 +255,10 @@ impl Failure {
     }
 }
 
-/// CRC-32C of all words but the last.
-fn checksum(words: &[u32; WORDS]) -> u32 {
-    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
-    let mut digest = crc.digest();
-    for word in words.iter().take(WORDS - 1) {
-        digest.update(&word.to_le_bytes());
-    }
-    digest.finalize()
+/// The checksum of all words but the last.
+fn sum(words: &[u32; WORDS]) -> u32 {
+    let words = words.iter().take(WORDS - 1);
+    words.fold(0, |sum, word| checksum(sum, &word.to_le_bytes()))
 }
 
 #[cfg(test)]

@@ -55,7 +55,10 @@ pub mod controller;
 
 pub mod telemetry;
 
+mod checksum;
 pub mod failure;
+
+pub mod storage;
 
 pub mod march;
 

@@ -1,4 +1,4 @@
-//! The firmware: a board, the control task at 1 kHz, and a task that tells the host.
+//! The firmware: a board, the control task at 1 kHz, a task that tells the host, and one that stores settings.
 #![no_std]
 #![no_main]
 
@@ -20,6 +20,8 @@ mod identity;
 mod links;
 #[path = "firmware/record.rs"]
 mod record;
+#[path = "firmware/storage.rs"]
+mod storage;
 #[path = "firmware/telemetry.rs"]
 mod telemetry;
 
@@ -31,7 +33,7 @@ use softgrip::Controller;
 use softgrip::failure::Failure;
 use softgrip::fault::Fault;
 use softgrip::march::march;
-use softgrip::settings::{Active, FACTORY};
+use softgrip::settings::Active;
 use softgrip::table::FINGER;
 
 use identity::Identity;
@@ -75,7 +77,7 @@ async fn main(spawner: Spawner) {
             failsafe::tell(&failure);
         });
     }
-    let (board, clock) = board::init();
+    let (board, flash, clock) = board::init();
     let identity = Identity {
         reset,
         clock,
@@ -83,14 +85,19 @@ async fn main(spawner: Spawner) {
     };
     identity.tell();
 
-    match Active::of(&FACTORY, &FINGER) {
+    let keeper = storage::keeper(flash).expect("made once");
+    match Active::of(&keeper.values, &FINGER) {
         Ok(active) => {
             links::TELEMETRY_PERIOD_US.store(active.telemetry_us(), Relaxed);
-            let fault = failure.map(|_| Fault::Internal);
+            let fault = match keeper.invalid {
+                true => Some(Fault::SettingsInvalid),
+                false => failure.map(|_| Fault::Internal),
+            };
             let controller =
                 links::controller(|| Controller::starting_with(fault, &FINGER, active));
             let (sent, received) = links::events().expect("made once");
             spawner.spawn(telemetry::run(received, identity).expect("spawned once"));
+            spawner.spawn(storage::run(keeper).expect("spawned once"));
             let control = control::run(board, controller, clock, sent);
             board::high_priority().spawn(control.expect("spawned once"));
         }

@@ -11,7 +11,7 @@ pub use crate::estimate::{Calibration, GaugeSense};
 pub use crate::grasp::{OnFault, OnLoss};
 pub use active::Active;
 pub use factory::FACTORY;
-pub use softgrip_settings::{SettingsError, Values};
+pub use softgrip_settings::{Decoded, ENCODED_BYTES, SettingsError, Values};
 pub use tree::Settings;
 
 #[cfg(test)]

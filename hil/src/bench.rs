@@ -17,6 +17,7 @@ use softgrip::inputs::Levels;
 use softgrip::units::DacCode;
 
 use crate::board::{DacWrite, Nucleo, REFERENCE_CODE};
+use crate::flash::Array;
 use crate::image::Image;
 use crate::moment::Moment;
 use crate::rtt::{self, Rtt};
@@ -137,6 +138,8 @@ pub struct Setup<'a> {
     pub has_clock: bool,
     /// What else lies in flash.
     pub placed: Option<Placed>,
+    /// What the settings' flash holds; nothing, as from the factory, if none.
+    pub settings: Option<Vec<u8>>,
     /// Time between two snapshots, µs.
     pub telemetry_us: u32,
     /// Another variable with a value of its own.
@@ -158,6 +161,7 @@ impl<'a> Setup<'a> {
             host_from_ms: 0,
             has_clock: true,
             placed: None,
+            settings: None,
             telemetry_us: 20_000,
             preset: None,
             watch: None,
@@ -351,7 +355,9 @@ pub fn run<S: Send + 'static>(
             Some(placed.address),
         )?);
     }
-    let mut session = Session::new(Box::new(Nucleo::new(setup.has_clock)?), 0, VirtualNanos(0))?;
+    let array = Array::new(setup.settings.as_deref());
+    let board = Nucleo::new(setup.has_clock, array)?;
+    let mut session = Session::new(Box::new(board), 0, VirtualNanos(0))?;
     session.watch(Watch::Instruction(step.address));
     for address in setup.watch.into_iter().chain(setup.tick_before) {
         session.watch(Watch::Instruction(address));

@@ -2,10 +2,11 @@
 //! the circuit.
 
 use std::num::{NonZeroU32, NonZeroU64};
+use std::sync::{Mutex, MutexGuard};
 
 use rigless::device::{Device, DeviceContext, ErasedDevice, Level, RegisterFile, ResetCause};
 use rigless::machine::{Board, Target, armv7m};
-use rigless::mcu::{Mcu, Operate};
+use rigless::mcu::{Mcu, Operate, Wired};
 use rigless::snapshot::Store;
 use rigless::soc::stm32f427::Stm32f427;
 use rigless::soc::stm32f427::generated::c_adc::ccr;
@@ -13,12 +14,15 @@ use rigless::soc::stm32f427::generated::dac::{Register, cr};
 use rigless::soc::stm32f427::generated::{C_ADC, TIM5, adc1, c_adc, rcc, tim5};
 use rigless::soc::stm32f427::peripherals::adc::Channel;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
-use rigless::soc::{Bus, Error, Layout, Width};
+use rigless::soc::{Bus, Error, Layout, Width, Window};
 use rigless::time::VirtualNanos;
 use sim::plant::Pins;
 use softgrip::inputs::Levels;
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
+
+use crate::flash::{self, Array, Cells, Programmer, Shared};
+use crate::remap::remapped;
 
 /// The core's clock, and its instructions: one per cycle, no wait states.
 pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::new(180_000_000).expect("it runs");
@@ -110,9 +114,12 @@ pub enum Restart {
 pub struct Chip {
     part: Stm32f427,
     dac: Dac,
+    flash: Programmer,
+    array: Shared,
     dac_slot: usize,
     rcc_slot: usize,
     adc_slot: usize,
+    flash_slot: usize,
     /// The ST-LINK's clock arrives.
     has_clock: bool,
     restart: Restart,
@@ -147,7 +154,17 @@ impl Mcu for Chip {
     }
 
     fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
+        let cause = match cause {
+            // The supply went off while the flash was at work.
+            ResetCause::Model("FLASH") => {
+                self.restart = Restart::PowerOn;
+                ResetCause::Pin
+            }
+            cause => cause,
+        };
         self.part.reset(at, cause);
+        flash::lock(&self.array).cut();
+        self.flash = Programmer::new(self.array.clone());
         self.dac.output = None;
         self.dac.writes.push(DacWrite { at, code: None });
         // Power-on shows as brown-out as well, and both at the pin (RM0090, 6.3.21).
@@ -182,6 +199,8 @@ impl Mcu for Chip {
         let (bus, model) = self.part.split(slot);
         if slot == self.dac_slot {
             (bus, Some(&mut self.dac))
+        } else if slot == self.flash_slot {
+            (bus, Some(&mut self.flash))
         } else {
             (bus, model)
         }
@@ -191,7 +210,8 @@ impl Mcu for Chip {
 /// The NUCLEO-F429ZI with its front end.
 #[derive(Debug)]
 pub struct Nucleo {
-    chip: Chip,
+    /// The chip, and its flash where the core is led to.
+    wired: Wired<Chip, Cells>,
 }
 
 /// Its runs start from reset.
@@ -207,11 +227,11 @@ impl Board for Nucleo {
     }
 
     fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
-        (target == 0).then_some(&mut self.chip)
+        (target == 0).then_some(&mut self.wired)
     }
 
     fn targets(&mut self) -> Vec<Target<'_>> {
-        let lines = u32::from(self.chip.cpu().interrupt_lines);
+        let lines = u32::from(self.wired.cpu().interrupt_lines);
         let core = armv7m::Core {
             variant: armv7m::Variant::M4,
             clock_hz: CLOCK_HZ,
@@ -221,15 +241,15 @@ impl Board for Nucleo {
             instructions_per_second: CLOCK_HZ,
             boot: "flash",
         };
-        let windows = rigless::cpu::armv7m::windows(self.chip.bus());
+        let windows = rigless::cpu::armv7m::windows(self.wired.bus());
         let spec = core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight);
-        vec![Target::new("stm32f429", &mut self.chip, spec)]
+        vec![Target::new("stm32f429", &mut self.wired, remapped(spec))]
     }
 }
 
 impl Nucleo {
     /// The board without strain, pressure and a robot; with the ST-LINK's clock or without.
-    pub fn new(has_clock: bool) -> Result<Self, Error> {
+    pub fn new(has_clock: bool, array: Array) -> Result<Self, Error> {
         let mut part = Stm32f427::new()?;
         part.rcc
             .attach_crystals(if has_clock { HSE_HZ } else { 0 }, 0);
@@ -240,23 +260,31 @@ impl Nucleo {
         let dac_slot = part.bus().slot("DAC")?;
         let rcc_slot = part.bus().slot("RCC")?;
         let adc_slot = part.bus().slot("ADC1")?;
+        let flash_slot = part.bus().slot("FLASH")?;
+        let array = Shared::new(Mutex::new(array));
+        let chip = Chip {
+            part,
+            dac: Dac::default(),
+            flash: Programmer::new(array.clone()),
+            array: array.clone(),
+            dac_slot,
+            rcc_slot,
+            adc_slot,
+            flash_slot,
+            has_clock,
+            restart: Restart::Pin,
+        };
+        let size = NonZeroU64::new(flash::SIZE as u64).expect("two sectors");
+        let window = Window::new("settings", flash::WINDOW, size);
         Ok(Self {
-            chip: Chip {
-                part,
-                dac: Dac::default(),
-                dac_slot,
-                rcc_slot,
-                adc_slot,
-                has_clock,
-                restart: Restart::Pin,
-            },
+            wired: Wired::new(chip, window, Cells(array))?,
         })
     }
 
     /// Puts voltages on the converter's pins, on a board whose 3.3 V rail is off by a factor. What hangs on the
     /// rail follows it, and keeps its share of it.
     pub fn set_pins(&mut self, pins: &Pins, rail: f64) {
-        let adc = &mut self.chip.part.adc[0];
+        let adc = &mut self.wired.part.part.adc[0];
         let mut set = |channel: u8, share: f64| {
             let channel = Channel::new(channel).expect("a pin's channel");
             // The model has 4095 steps and rounds down; the converter has 4096 and rounds.
@@ -283,7 +311,8 @@ impl Nucleo {
         for (pin, on) in wires {
             let pin = Pin::new(pin).expect("a port has sixteen pins");
             let level = on.then_some(Level::Low);
-            self.chip
+            self.wired
+                .part
                 .part
                 .drive_port(at, PORT_F, |port, registers, context| {
                     port.drive(pin, level, registers, context);
@@ -294,7 +323,7 @@ impl Nucleo {
     /// What the board tells the robot.
     pub fn indicators(&mut self) -> Indicators {
         let mut on = |port: usize, pin: u8| {
-            let (port, registers) = self.chip.part.port(port);
+            let (port, registers) = self.wired.part.part.port(port);
             let pin = Pin::new(pin).expect("a port has sixteen pins");
             port.level(pin, registers) == Level::High
         };
@@ -308,12 +337,12 @@ impl Nucleo {
 
     /// The converter's output.
     pub fn dac(&mut self) -> &mut Dac {
-        &mut self.chip.dac
+        &mut self.wired.part.dac
     }
 
     /// The output's code; the pull-down's zero while it is off.
     pub fn command(&self) -> DacCode {
-        self.chip.dac.output.unwrap_or(DacCode(0))
+        self.wired.part.dac.output.unwrap_or(DacCode(0))
     }
 
     /// Puts the firmware's clock on to its next alarm, and raises that alarm: the next control tick, which
@@ -322,11 +351,16 @@ impl Nucleo {
         let address = |register: tim5::Register| TIM5.base + u64::from(register.spec().offset);
         let unanswered = |fault| anyhow::anyhow!("TIM5: {fault:?}");
         let alarm = address(tim5::Register::Ccr2);
-        let alarm = self.chip.peek(at, alarm, Width::W32).map_err(unanswered)?;
-        self.chip
+        let alarm = self
+            .wired
+            .part
+            .peek(at, alarm, Width::W32)
+            .map_err(unanswered)?;
+        self.wired
+            .part
             .write(at, address(tim5::Register::Cnt), Width::W32, alarm)
             .map_err(unanswered)?;
-        let part = &mut self.chip.part;
+        let part = &mut self.wired.part.part;
         part.drive_timer(at, TIMER_5, |_, registers, context| {
             let flags = registers.get(tim5::Register::Sr) | tim5::sr::CC2IF.mask();
             registers.set(tim5::Register::Sr, flags);
@@ -335,8 +369,13 @@ impl Nucleo {
         Ok(())
     }
 
+    /// The settings' flash.
+    pub fn flash(&self) -> MutexGuard<'_, Array> {
+        flash::lock(&self.wired.part.array)
+    }
+
     /// What the reset that follows will be taken for.
     pub fn set_restart(&mut self, restart: Restart) {
-        self.chip.restart = restart;
+        self.wired.part.restart = restart;
     }
 }

@@ -7,12 +7,14 @@
 //!            ├─► recording ─► the same ticks by the host's controller
 //!            └─► suite: what must hold, with its numbers
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
+mod flash;
 mod image;
 
 mod board;
 mod moment;
+mod remap;
 mod rtt;
 
 mod bench;

@@ -5,6 +5,7 @@ mod budget;
 mod failsafe;
 mod grasp;
 mod incident;
+mod storage;
 mod test;
 mod timing;
 
@@ -19,20 +20,15 @@ use test::{Number, Outcome, Test};
 pub use test::Context;
 
 /// What belongs to the list and cannot be tested yet, and what will do it.
-const NOT_APPLICABLE: [(&str, &str); 2] = [
-    (
-        "no late tick while settings are written",
-        "the firmware stores no settings yet; once it does: erase and write bank 2 during the jitter run",
-    ),
-    (
-        "UART noise and break",
-        "the firmware has no UART yet; once it has: a peer on the emulated port that garbles and breaks",
-    ),
-];
+const NOT_APPLICABLE: [(&str, &str); 1] = [(
+    "UART noise and break",
+    "the firmware has no UART yet; once it has: a peer on the emulated port that garbles and breaks",
+)];
 
 /// Slow ones first, so that the processors are done at the same time.
 fn tests() -> Vec<Test> {
     let mut tests = timing::TESTS.to_vec();
+    tests.extend(storage::TESTS);
     tests.extend(grasp::TESTS);
     tests.extend(failsafe::TESTS);
     tests.extend(boot::TESTS);

@@ -8,11 +8,12 @@ use embassy_time::{Duration, Instant, Ticker};
 use heapless::spsc::Producer;
 use softgrip::inputs::Inputs;
 use softgrip::telemetry::{Event, Events};
-use softgrip::{Controller, RawFrame, TICK_US};
+use softgrip::{Command, Controller, RawFrame, TICK_US};
 
 use crate::board::{self, Board, Clock, IndicatorPins, InputPins, Regulator};
 use crate::links::{
-    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LONGEST_TICK_US, Numbered, TELEMETRY_RAN, TICK, Tick,
+    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LEARNED, LONGEST_TICK_US, Numbered, SETTINGS, SWEEP,
+    SWEPT, TARE, TARED, TELEMETRY_RAN, TICK, Tick,
 };
 use crate::record;
 
@@ -76,9 +77,18 @@ impl Control {
     #[inline(never)]
     fn tick(&mut self, began: Instant, frame: RawFrame) {
         let now = now(began);
-        let command = self
-            .debounced
-            .step(self.controller.active().io().on(self.inputs.levels()));
+        if let Some(active) = SETTINGS.try_take()
+            && self.controller.apply(active).is_err()
+        {
+            // Once the gripper is idle.
+            SETTINGS.signal(active);
+        }
+        let levels = self.controller.active().io().on(self.inputs.levels());
+        let command = match self.debounced.step(levels) {
+            Command::Continue if TARE.swap(0, Relaxed) != 0 => Command::Tare,
+            Command::Continue if SWEEP.swap(0, Relaxed) != 0 => Command::Sweep,
+            command => command,
+        };
         let outputs = self.controller.step(now, &frame, command);
         self.regulator.set(outputs.dac);
         self.indicators
@@ -92,6 +102,10 @@ impl Control {
             snapshot: outputs.snapshot,
         });
         self.send(now, &outputs.events);
+        if let Some(found) = self.controller.take_calibration() {
+            SWEPT.signal(found);
+            LEARNED.signal(());
+        }
         let took_us = Instant::now().as_micros().saturating_sub(began.as_micros());
         LONGEST_TICK_US.fetch_max(took_us as u32, Relaxed);
         // Only a tick gets here, so the watchdog is fed when both tasks are alive.
@@ -103,6 +117,10 @@ impl Control {
     /// Passes a tick's events on, and counts what finds no room.
     fn send(&mut self, at: softgrip::units::Instant, events: &Events) {
         for &event in events.iter() {
+            if matches!(event, Event::Tared) {
+                TARED.signal(self.controller.tare_ue());
+                LEARNED.signal(());
+            }
             self.number = self.number.wrapping_add(1);
             let number = self.number;
             // The first always holds: it tells the compiler that the queue does not divide by zero.

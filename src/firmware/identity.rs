@@ -36,5 +36,6 @@ impl Identity {
             failsafe::tell(failure);
         }
         board::check_brown_out();
+        board::check_revision();
     }
 }

@@ -6,8 +6,9 @@ use embassy_executor::InterruptExecutor;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use heapless::spsc::{Consumer, Producer, Queue};
+use softgrip::settings::{Active, Calibration};
 use softgrip::telemetry::{Event, Snapshot};
-use softgrip::units::{DacCode, Instant};
+use softgrip::units::{DacCode, FINGERS, Instant};
 use softgrip::{Command, Controller, RawFrame};
 use static_cell::StaticCell;
 
@@ -63,6 +64,26 @@ pub static TELEMETRY_PERIOD_US: AtomicU32 = AtomicU32::new(20_000);
 /// A debugger that writes 1 is told once more what runs here. The telemetry task reads and clears it.
 #[used]
 pub static TELL_IDENTITY: AtomicU32 = AtomicU32::new(0);
+
+/// A debugger that writes 1 has the gauges tared. The control task reads and clears it.
+#[used]
+pub static TARE: AtomicU32 = AtomicU32::new(0);
+
+/// A debugger that writes 1 has the mounted fingers learned in a free-bend sweep. The control task reads and clears it.
+#[used]
+pub static SWEEP: AtomicU32 = AtomicU32::new(0);
+
+/// What a tare has measured, µε, from the control task to the storage task; a newer one replaces it.
+pub static TARED: Signal<CriticalSectionRawMutex, [f32; FINGERS]> = Signal::new();
+
+/// What a sweep has found, the same way.
+pub static SWEPT: Signal<CriticalSectionRawMutex, Calibration> = Signal::new();
+
+/// One of the two has come. The storage task waits for it.
+pub static LEARNED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// Settings that the control task is to use from its next tick on, from the storage task.
+pub static SETTINGS: Signal<CriticalSectionRawMutex, Active> = Signal::new();
 
 /// Events that found no room since start-up. The telemetry task reads it.
 pub static EVENTS_LOST: AtomicU32 = AtomicU32::new(0);

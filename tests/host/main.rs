@@ -3,6 +3,7 @@
 mod board_limits;
 mod commands;
 mod faults;
+mod flash;
 mod grips;
 mod hostile;
 mod mock;
@@ -12,6 +13,7 @@ mod repeats;
 mod scenarios;
 mod sequences;
 mod settings;
+mod storage;
 mod sweep;
 mod torture;
 mod zero;

@@ -1,0 +1,121 @@
+//! The settings in flash: read once at the start, and written by a task of their own, below all others.
+
+use softgrip::settings::{Active, Calibration, ENCODED_BYTES, FACTORY, Settings, Values};
+use softgrip::storage::{SaveError, Storage, Stored};
+use softgrip::table::FINGER;
+use softgrip::units::FINGERS;
+
+use crate::board::SettingsFlash;
+use crate::links::{LEARNED, SETTINGS, SWEPT, TARED};
+
+/// The settings, and where they are kept.
+pub struct Keeper {
+    storage: Storage<SettingsFlash>,
+    /// What is in use.
+    pub values: Values,
+    /// Something that was stored is not valid, and the factory's is in use instead.
+    pub invalid: bool,
+}
+
+/// The settings as they are stored. None but for the first caller.
+// Never inlined, so that what it needs is off the stack again when the controller is made.
+#[inline(never)]
+pub fn keeper(flash: SettingsFlash) -> Option<&'static mut Keeper> {
+    let keeper = cortex_m::singleton!(KEEPER: Keeper = Keeper {
+        storage: Storage::new(flash),
+        values: FACTORY,
+        invalid: false,
+    })?;
+    keeper.load();
+    Some(keeper)
+}
+
+impl Keeper {
+    /// Reads what is stored.
+    fn load(&mut self) {
+        // A newer release may have stored settings that are unknown here.
+        let mut bytes = [0; 2 * ENCODED_BYTES];
+        match self.storage.load(&mut bytes) {
+            Ok(Stored::Empty) => defmt::info!("settings: the factory's"),
+            Ok(Stored::Found { length }) => {
+                self.take(bytes.get(..length).unwrap_or(&bytes));
+                defmt::info!("settings: {=usize} bytes stored", length);
+            }
+            Ok(Stored::Corrupt) | Err(_) => {
+                defmt::error!("the stored settings are damaged: the factory's are used");
+                self.invalid = true;
+            }
+        }
+    }
+
+    fn take(&mut self, bytes: &[u8]) {
+        let decoded = Values::decode(&FACTORY, bytes, FINGER.max_pressure_kpa);
+        if decoded.unknown > 0 {
+            defmt::warn!("{=u16} stored settings are unknown here", decoded.unknown);
+        }
+        for number in decoded.wrong() {
+            defmt::error!(
+                "the stored setting {=u16} is wrong: the factory's is used",
+                number
+            );
+            self.invalid = true;
+        }
+        self.values = decoded.values;
+    }
+
+    /// A tare: the control task uses it already.
+    fn keep_tare(&mut self, tare_ue: [f32; FINGERS]) {
+        let mut settings = Settings::of(&self.values);
+        settings.gauge.tare_ue = tare_ue;
+        self.values = settings.values();
+    }
+
+    /// What a sweep has found becomes what the control task uses.
+    fn keep_fingers(&mut self, found: &Calibration) {
+        let values = Settings::of(&self.values)
+            .calibrated(found, &FINGER)
+            .values();
+        match Active::of(&values, &FINGER) {
+            Ok(active) => {
+                self.values = values;
+                SETTINGS.signal(active);
+            }
+            Err(error) => defmt::error!("the sweep is not used: {}", error),
+        }
+    }
+
+    async fn save(&mut self) {
+        let mut bytes = [0; ENCODED_BYTES];
+        let length = self.values.encode(&FACTORY, &mut bytes);
+        let bytes = length.and_then(|length| bytes.get(..length));
+        match self.storage.save(bytes.unwrap_or_default()).await {
+            Ok(()) => defmt::info!("settings stored"),
+            Err(error) => {
+                let why = match error {
+                    SaveError::TooLong => "too many",
+                    SaveError::Unreadable => "they read back as something else",
+                    SaveError::Flash(_) => "the flash refuses",
+                };
+                defmt::error!("settings not stored: {=str}", why);
+            }
+        }
+    }
+}
+
+#[embassy_executor::task]
+pub async fn run(keeper: &'static mut Keeper) -> ! {
+    if keeper.invalid {
+        // Said at this start; the next one shall not stop for it.
+        keeper.save().await;
+    }
+    loop {
+        LEARNED.wait().await;
+        if let Some(tare_ue) = TARED.try_take() {
+            keeper.keep_tare(tare_ue);
+        }
+        if let Some(found) = SWEPT.try_take() {
+            keeper.keep_fingers(&found);
+        }
+        keeper.save().await;
+    }
+}
