@@ -6,7 +6,7 @@ use std::process::Command;
 use sha2::{Digest, Sha256};
 
 /// Whatever the command is built from, relative to this package.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 13] = [
     "build.rs",
     "src",
     "../evaluate/src",
@@ -15,6 +15,7 @@ const SOURCES: [&str; 12] = [
     "../sim/gripper.toml",
     "../studies/src",
     "../../finger/src",
+    "../../settings/src",
     "../../src",
     "../../table/src",
     "../../recipes",

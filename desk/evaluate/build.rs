@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// Files and folders, relative to this package.
-const SOURCES: [&str; 8] = [
+const SOURCES: [&str; 9] = [
     "src/case.rs",
     "src/record.rs",
     "src/sensor_model.rs",
     "../sim/src",
     "../sim/gripper.toml",
     "../../finger/src",
+    "../../settings/src",
     "../../src",
     // The rigid-body engine, and whatever it computes with.
     "../../Cargo.lock",

@@ -244,7 +244,11 @@ impl Reader<'_> {
         for problem in values.problems(table_kpa) {
             let entries = self.entries.iter();
             for entry in entries.filter(|entry| entry.number == problem.number) {
-                let what = format!("{problem} with this finger");
+                let by = match entry.number {
+                    400 => "regulator.max_pressure_kpa",
+                    _ => "what finger and regulator reach",
+                };
+                let what = format!("{problem}, {by}");
                 self.problems.push((entry.line, what));
             }
         }

@@ -97,7 +97,7 @@ fn every_command_refuses_a_bad_file_with_all_its_problems() {
     ] {
         let error = refused(args);
         for expected in [
-            "bad.toml:3: regulator.max_pressure_kpa = 170: must lie within 1 and 160 with this finger\n",
+            "bad.toml:3: regulator.max_pressure_kpa = 170: must lie within 1 and 160, what finger and regulator reach\n",
             "bad.toml:4: regulator.slew_kpa_per_s = \"fast\": must be a number within 1 and 10000\n",
             "bad.toml:6: grip.setle_ms: there is no such setting; did you mean grip.settle_ms?\n",
         ] {
@@ -145,21 +145,32 @@ command_full_scale_v = 2.5
 monitor_full_scale_v = 2.4
 ";
     let file = put(dir.path(), "other.toml", text);
-    let run = |more: &[&str]| {
-        let args = ["sim", "--accel", "5", "--json", "--object", "sphere"];
-        printed(&[&args[..], more].concat())
-    };
-    let (usual, other) = (run(&[]), run(&["--settings", &file]));
-    assert_ne!(usual, other);
-    for text in [&usual, &other] {
-        assert!(text.contains("\"holding\""), "{text}");
-        assert!(!text.contains("\"fault\""), "{text}");
-    }
-    // The electronics are those that were meant: a controller that knows others is wrong about them.
     let gain = put(
         dir.path(),
         "gain.toml",
         "version = 1\ngauge.gain = [0.5, 0.5, 0.5]\n",
     );
-    assert_ne!(run(&["--settings", &gain]), usual);
+    let simulate = |more: &[&str]| {
+        let out = tempfile::tempdir().expect("a temporary directory");
+        let path = out.path().display().to_string();
+        let args = [
+            "sim", "--accel", "5", "--object", "sphere", "--json", "--out", &path,
+        ];
+        let json = printed(&[&args[..], more].concat());
+        let (run, _) = json.split_once("\"realtime_factor\"").expect("at the end");
+        let trace = std::fs::read_to_string(out.path().join("trace.csv")).expect("a trace");
+        (run.to_string(), trace)
+    };
+    let (usual, usual_trace) = simulate(&[]);
+    let (other, other_trace) = simulate(&["--settings", &file]);
+    // The codes are other ones, and what they mean is the same.
+    assert_ne!(usual_trace, other_trace);
+    for run in [&usual, &other] {
+        assert!(
+            run.contains("\"holding\"") && !run.contains("\"fault\""),
+            "{run}"
+        );
+    }
+    // The simulated gauges do not follow what the controller takes for their gain.
+    assert_ne!(simulate(&["--settings", &gain]).0, usual);
 }

@@ -106,11 +106,11 @@ const WRONG: &[(&str, &str)] = &[
     ),
     (
         "regulator.max_pressure_kpa = 170",
-        "x.toml:2: regulator.max_pressure_kpa = 170: must lie within 1 and 160 with this finger",
+        "x.toml:2: regulator.max_pressure_kpa = 170: must lie within 1 and 160, what finger and regulator reach",
     ),
     (
         "grip.grip_pressure_kpa = 161",
-        "x.toml:2: grip.grip_pressure_kpa = 161: must lie within 1 and 160 with this finger",
+        "x.toml:2: grip.grip_pressure_kpa = 161: must lie within 1 and 160, regulator.max_pressure_kpa",
     ),
     (
         "grip.on_loss = 'drop'",
@@ -170,7 +170,9 @@ fn a_grip_goes_no_higher_than_the_highest_pressure_of_the_same_file() {
     let text = "version = 1\ngrip.grip_pressure_kpa = 130\nregulator.max_pressure_kpa = 120\n";
     assert_eq!(
         problems(text),
-        ["x.toml:2: grip.grip_pressure_kpa = 130: must lie within 1 and 120 with this finger"]
+        [
+            "x.toml:2: grip.grip_pressure_kpa = 130: must lie within 1 and 120, regulator.max_pressure_kpa"
+        ]
     );
 }
 
