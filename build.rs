@@ -1,7 +1,7 @@
 //! Finger recipe → table; settings file → what the image starts with.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 use softgrip_table::FingerTable;
 
@@ -13,7 +13,6 @@ fn main() -> ExitCode {
     let recipe = std::env::var("SOFTGRIP_RECIPE").unwrap_or_else(|_| DEFAULT_RECIPE.into());
     let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join(recipe);
     println!("cargo::rerun-if-changed={}", recipe.display());
-    link_firmware();
     match make_tables(&recipe).and_then(make_settings) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -66,37 +65,4 @@ fn out_dir() -> Result<PathBuf, std::env::VarError> {
 fn table(path: &Path) -> Result<FingerTable, Box<dyn std::error::Error>> {
     let recipe = finger::recipe::load(path)?;
     finger::table::of(&recipe).map_err(|error| format!("{}: {error}", path.display()).into())
-}
-
-/// The commit that the image is built from, with a plus sign where files differ from it; what is no checkout
-/// has none.
-fn commit() -> String {
-    let git = |arguments: &[&str]| {
-        let output = Command::new("git").args(arguments).output().ok()?;
-        let text = String::from_utf8(output.stdout).ok()?;
-        output.status.success().then(|| text.trim().to_owned())
-    };
-    let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else {
-        return "no commit".into();
-    };
-    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
-        println!("cargo::rerun-if-changed={log}");
-    }
-    match git(&["status", "--porcelain", "--untracked-files=no"]) {
-        Some(changes) if changes.is_empty() => commit,
-        _ => format!("{commit}+"),
-    }
-}
-
-/// Link arguments of the firmware; the host's binaries need none.
-fn link_firmware() {
-    println!("cargo::rerun-if-changed=memory.x");
-    if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
-        println!("cargo::rustc-env=SOFTGRIP_COMMIT={}", commit());
-        // The linker looks for memory.x here.
-        println!("cargo::rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
-        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
-            println!("cargo::rustc-link-arg-bins={argument}");
-        }
-    }
 }
