@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use softgrip_table::FingerTable;
+use softgrip_table::{FingerTable, LinkTable};
 
 /// The recipe of the finger that the firmware is for, relative to this package.
 const DEFAULT_RECIPE: &str = "recipes/rtv225.toml";
@@ -30,15 +30,18 @@ fn make_tables(recipe: &Path) -> Result<FingerTable, Box<dyn std::error::Error>>
     let out = out_dir()?;
     let default = Path::new(env!("CARGO_MANIFEST_DIR")).join(DEFAULT_RECIPE);
     println!("cargo::rerun-if-changed={}", default.display());
-    let wanted = table(recipe)?;
+    let wanted = tables(recipe)?;
     // As a Rust expression, which the `Debug` form of plain data is.
-    std::fs::write(out.join("finger_table.rs"), format!("{wanted:?}"))?;
+    let write = |name: &str, text: String| std::fs::write(out.join(name), text);
+    write("finger_table.rs", format!("{:?}", wanted.0))?;
+    write("finger_links.rs", format!("{:?}", wanted.1))?;
     let default = match recipe == default {
         true => wanted,
-        false => table(&default)?,
+        false => tables(&default)?,
     };
-    std::fs::write(out.join("default_table.rs"), format!("{default:?}"))?;
-    Ok(wanted)
+    write("default_table.rs", format!("{:?}", default.0))?;
+    write("default_links.rs", format!("{:?}", default.1))?;
+    Ok(wanted.0)
 }
 
 /// Writes what the settings file of this build states, by number: nothing, if there is none.
@@ -61,8 +64,10 @@ fn out_dir() -> Result<PathBuf, std::env::VarError> {
     std::env::var("OUT_DIR").map(PathBuf::from)
 }
 
-/// The table of a recipe.
-fn table(path: &Path) -> Result<FingerTable, Box<dyn std::error::Error>> {
+/// The tables of a recipe.
+fn tables(path: &Path) -> Result<(FingerTable, LinkTable), Box<dyn std::error::Error>> {
     let recipe = finger::recipe::load(path)?;
-    finger::table::of(&recipe).map_err(|error| format!("{}: {error}", path.display()).into())
+    let table =
+        finger::table::of(&recipe).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok((table, finger::table::links(&recipe.chain)))
 }

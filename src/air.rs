@@ -124,6 +124,11 @@ impl AirModel {
         self.expected.map(Kilopascals)
     }
 
+    /// Delay of the regulator that a rise has told, ms; none if it is what the settings say.
+    pub fn delay_ms(&self) -> Option<f32> {
+        self.gain.map(|gain| (1.0 / gain - 0.5) / TICKS_PER_MS)
+    }
+
     /// Delay of the regulator, ms, which a rise has just told, if it is not what was known.
     pub fn take_learned(&mut self) -> Option<u16> {
         self.learned_ms.take()

@@ -137,10 +137,14 @@ impl Controller {
         &self.active
     }
 
-    /// What a sweep has found, once: to be made settings ([`Settings::calibrated`](crate::settings::Settings::calibrated))
+    /// What a sweep has found, once: to be made settings ([`Calibration::stated`])
     /// and kept.
     pub fn take_calibration(&mut self) -> Option<Calibration> {
-        self.supervisor.take_calibration()
+        let mut found = self.supervisor.take_calibration()?;
+        let swing_ms = self.active.finger.silicone.swing_ms();
+        found.lag_ms = found.lag_ms.map(|lag_ms| lag_ms - swing_ms);
+        found.regulator_ms = self.air.delay_ms();
+        Some(found)
     }
 
     /// What the detector looked at in the last tick; none while nothing is held at a steady pressure.

@@ -1,7 +1,7 @@
 //! The finger's table, made by `build.rs`, and its look-up: free-bend strain, bend and lift against pressure
 //! and back.
 
-pub use softgrip_table::{FingerTable, LINKS, OBJECTS, ObjectKind, ROWS, Row};
+pub use softgrip_table::{FingerTable, LINKS, LinkRow, LinkTable, OBJECTS, ObjectKind, ROWS, Row};
 
 use crate::math::{larger, smaller};
 use crate::units::{Degrees, Kilopascals, Microstrain, Newtons};
@@ -10,10 +10,18 @@ use crate::units::{Degrees, Kilopascals, Microstrain, Newtons};
 #[cfg(not(test))]
 pub static FINGER: FingerTable = include!(concat!(env!("OUT_DIR"), "/finger_table.rs"));
 
+/// The links of the same finger.
+#[cfg(not(test))]
+pub static FINGER_LINKS: LinkTable = include!(concat!(env!("OUT_DIR"), "/finger_links.rs"));
+
 /// The table of the default recipe: the library's own tests state numbers of that finger, whichever the
 /// build is for.
 #[cfg(test)]
 pub static FINGER: FingerTable = include!(concat!(env!("OUT_DIR"), "/default_table.rs"));
+
+/// The links of that one.
+#[cfg(test)]
+pub static FINGER_LINKS: LinkTable = include!(concat!(env!("OUT_DIR"), "/default_links.rs"));
 
 /// Whether a look-up left the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,26 +37,24 @@ pub enum Range {
 
 /// Gauge strain of the free finger.
 pub fn free_strain(table: &FingerTable, pressure: Kilopascals) -> (Microstrain, Range) {
-    let place = place(table, pressure);
-    let strain = between(table, place, |row| row.free_strain_ue);
+    let place = place(table.max_pressure_kpa, pressure);
+    let strain = between(&table.rows, place, |row| row.free_strain_ue);
     (Microstrain(strain), place.range)
 }
 
 /// Bend of the free finger: the angle of its last link.
 pub fn bend(table: &FingerTable, pressure: Kilopascals) -> (Degrees, Range) {
-    let place = place(table, pressure);
-    let angle = between(table, place, |row| row.tip_angle_deg);
+    let place = place(table.max_pressure_kpa, pressure);
+    let angle = between(&table.rows, place, |row| row.tip_angle_deg);
     (Degrees(angle), place.range)
 }
 
 /// Everything that the table knows at a pressure.
 pub fn row(table: &FingerTable, pressure: Kilopascals) -> (Row, Range) {
-    let place = place(table, pressure);
+    let place = place(table.max_pressure_kpa, pressure);
     let row = Row {
-        free_strain_ue: between(table, place, |row| row.free_strain_ue),
-        tip_angle_deg: between(table, place, |row| row.tip_angle_deg),
-        tip_mm: core::array::from_fn(|i| between(table, place, |row| row.tip_mm[i])),
-        torque_nmm: core::array::from_fn(|i| between(table, place, |row| row.torque_nmm[i])),
+        free_strain_ue: between(&table.rows, place, |row| row.free_strain_ue),
+        tip_angle_deg: between(&table.rows, place, |row| row.tip_angle_deg),
         lift_n: [ObjectKind::Sphere, ObjectKind::Cylinder].map(|kind| {
             let lift = lift(table, kind, pressure);
             lift.map_or(0.0, |(lift, _)| lift.0)
@@ -64,11 +70,11 @@ pub fn lift(
     kind: ObjectKind,
     pressure: Kilopascals,
 ) -> Option<(Newtons, Range)> {
-    let place = place(table, pressure);
+    let place = place(table.max_pressure_kpa, pressure);
     // The upper of two rows counts only if it has a share beyond rounding.
     let needed = place.index + 1 + usize::from(place.fraction > 1e-3);
     (needed <= lift_rows(table, kind).len()).then(|| {
-        let lift = between(table, place, |row| lift_n(row, kind));
+        let lift = between(&table.rows, place, |row| lift_n(row, kind));
         (Newtons(lift), place.range)
     })
 }
@@ -91,14 +97,15 @@ pub fn lift_known_to(table: &FingerTable, kind: ObjectKind) -> Option<Kilopascal
 }
 
 /// Angle of each link to the unbent finger: `Φ_i = Σ T_j / k_j, j ≤ i` (paper, eqs 22 and 24, corrected).
-pub fn link_angles(table: &FingerTable, pressure: Kilopascals) -> ([Degrees; LINKS], Range) {
-    let (row, range) = row(table, pressure);
+pub fn link_angles(links: &LinkTable, pressure: Kilopascals) -> ([Degrees; LINKS], Range) {
+    let place = place(links.max_pressure_kpa, pressure);
     let mut sum = 0.0;
     let angles = core::array::from_fn(|i| {
-        sum += row.torque_nmm[i] / table.stiffness_nmm_per_deg[i];
+        let torque_nmm = between(&links.rows, place, |row| row.torque_nmm[i]);
+        sum += torque_nmm / links.stiffness_nmm_per_deg[i];
         Degrees(sum)
     });
-    (angles, range)
+    (angles, place.range)
 }
 
 /// The pressure at which the free finger bends by `bend`.
@@ -139,9 +146,9 @@ struct Place {
     range: Range,
 }
 
-fn place(table: &FingerTable, pressure: Kilopascals) -> Place {
+fn place(max_pressure_kpa: f32, pressure: Kilopascals) -> Place {
     let last = (ROWS - 1) as f32;
-    let position = pressure.0 * last / table.max_pressure_kpa;
+    let position = pressure.0 * last / max_pressure_kpa;
     let range = if position > last {
         Range::Above
     } else if position >= 0.0 {
@@ -159,8 +166,8 @@ fn place(table: &FingerTable, pressure: Kilopascals) -> Place {
     }
 }
 
-fn between(table: &FingerTable, place: Place, column: impl Fn(&Row) -> f32) -> f32 {
-    match &table.rows[place.index..] {
+fn between<R>(rows: &[R; ROWS], place: Place, column: impl Fn(&R) -> f32) -> f32 {
+    match &rows[place.index..] {
         [low, high, ..] => {
             let low = column(low);
             low + place.fraction * (column(high) - low)
@@ -326,7 +333,7 @@ mod tests {
     #[test]
     fn link_angles_end_at_the_bend() {
         for kpa in [0.0, 37.0, 90.0, 140.0, 160.0] {
-            let (angles, _) = link_angles(&FINGER, Kilopascals(kpa));
+            let (angles, _) = link_angles(&FINGER_LINKS, Kilopascals(kpa));
             let (bend, _) = bend(&FINGER, Kilopascals(kpa));
             assert!((angles[LINKS - 1].0 - bend.0).abs() < 1e-3 * bend.0.max(1.0));
         }

@@ -1,6 +1,6 @@
 //! The model of a finger on the pressure grid of the controller's table.
 
-use softgrip_table::{FingerTable, LINKS, OBJECTS, ROWS, Row};
+use softgrip_table::{FingerTable, LINKS, LinkRow, LinkTable, OBJECTS, ROWS, Row};
 
 use crate::capability::GripError;
 use crate::chain::Chain;
@@ -51,24 +51,39 @@ pub fn of(recipe: &Recipe) -> Result<FingerTable, GripError> {
             .as_ref()
             .and_then(|grasp| grasp.meeting_kpa(chain))
             .map(|kpa| kpa as f32),
-        stiffness_nmm_per_deg: chain
-            .joint_stiffness_nm_per_rad
-            .map(|k| (1e3 * k * 1f64.to_radians()) as f32),
         rows,
     };
-    let worst = interpolation_error_percent(&table, chain)
+    let worst = interpolation_error_percent(&table, &links(chain), chain)
         .into_iter()
         .fold(0.0, |worst: f64, (_, error)| worst.max(error));
     table.error_bound_percent = worst as f32;
     Ok(table)
 }
 
+/// Tabulates the links of a finger.
+pub fn links(chain: &Chain) -> LinkTable {
+    let max = chain.max_pressure_kpa();
+    let step = max / (ROWS - 1) as f64;
+    LinkTable {
+        max_pressure_kpa: max as f32,
+        stiffness_nmm_per_deg: chain
+            .joint_stiffness_nm_per_rad
+            .map(|k| (1e3 * k * 1f64.to_radians()) as f32),
+        rows: std::array::from_fn(|i| link_row(chain, step * i as f64)),
+    }
+}
+
 /// Largest error over all columns but the lift at pressures on and between the rows, in rising order:
-/// `(pressure kPa, percent of full scale)`, of a table that was made from this `chain`.
-pub fn interpolation_error_percent(table: &FingerTable, chain: &Chain) -> Vec<(f64, f64)> {
+/// `(pressure kPa, percent of full scale)`, of tables that were made from this `chain`.
+pub fn interpolation_error_percent(
+    table: &FingerTable,
+    links: &LinkTable,
+    chain: &Chain,
+) -> Vec<(f64, f64)> {
+    let tabulated = |i: usize| columns(&table.rows[i], &links.rows[i]);
     // The tip moves on a circle of about the finger's length: along the finger its full scale is
     // that length, which the first row holds.
-    let (first, last) = (columns(&table.rows[0]), columns(&table.rows[ROWS - 1]));
+    let (first, last) = (tabulated(0), tabulated(ROWS - 1));
     let points = BETWEEN * (ROWS - 1);
     (0..=points)
         .map(|k| {
@@ -76,8 +91,8 @@ pub fn interpolation_error_percent(table: &FingerTable, chain: &Chain) -> Vec<(f
             let pressure = f64::from(table.max_pressure_kpa) * position / (ROWS - 1) as f64;
             let i = (position as usize).min(ROWS - 2);
             let t = position - i as f64;
-            let (low, high) = (columns(&table.rows[i]), columns(&table.rows[i + 1]));
-            let model = columns(&row(chain, pressure));
+            let (low, high) = (tabulated(i), tabulated(i + 1));
+            let model = columns(&row(chain, pressure), &link_row(chain, pressure));
             let worst = (0..model.len())
                 .map(|c| {
                     let value = low[c] + t * (high[c] - low[c]);
@@ -118,27 +133,32 @@ fn row(chain: &Chain, pressure_kpa: f64) -> Row {
     Row {
         free_strain_ue: chain.free_strain_ue(pressure_kpa) as f32,
         tip_angle_deg: chain.tip_angle_rad(pressure_kpa).to_degrees() as f32,
-        tip_mm: chain.tip_position_m(pressure_kpa).map(|m| (1e3 * m) as f32),
-        torque_nmm: chain
-            .joint_torques_nm(pressure_kpa)
-            .map(|nm| (1e3 * nm) as f32),
         lift_n: [0.0; OBJECTS],
     }
 }
 
+fn link_row(chain: &Chain, pressure_kpa: f64) -> LinkRow {
+    LinkRow {
+        tip_mm: chain.tip_position_m(pressure_kpa).map(|m| (1e3 * m) as f32),
+        torque_nmm: chain
+            .joint_torques_nm(pressure_kpa)
+            .map(|nm| (1e3 * nm) as f32),
+    }
+}
+
 /// Everything but the lift.
-fn columns(row: &Row) -> [f64; 4 + LINKS] {
+fn columns(row: &Row, links: &LinkRow) -> [f64; 4 + LINKS] {
     let mut columns = [0.0; 4 + LINKS];
     columns[..4].copy_from_slice(
         &[
             row.free_strain_ue,
             row.tip_angle_deg,
-            row.tip_mm[0],
-            row.tip_mm[1],
+            links.tip_mm[0],
+            links.tip_mm[1],
         ]
         .map(f64::from),
     );
-    columns[4..].copy_from_slice(&row.torque_nmm.map(f64::from));
+    columns[4..].copy_from_slice(&links.torque_nmm.map(f64::from));
     columns
 }
 
@@ -200,11 +220,13 @@ mod tests {
         for pair in table.rows.windows(2) {
             assert!(pair[1].free_strain_ue > pair[0].free_strain_ue);
             assert!(pair[1].tip_angle_deg > pair[0].tip_angle_deg);
-            for i in 0..LINKS {
-                assert!(pair[1].torque_nmm[i] >= pair[0].torque_nmm[i]);
-            }
             for k in 0..2 {
                 assert!(pair[1].lift_n[k] >= pair[0].lift_n[k]);
+            }
+        }
+        for pair in links(&paper().chain).rows.windows(2) {
+            for i in 0..LINKS {
+                assert!(pair[1].torque_nmm[i] >= pair[0].torque_nmm[i]);
             }
         }
     }

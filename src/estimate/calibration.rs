@@ -1,7 +1,7 @@
 //! What a free-bend sweep has found of the mounted fingers, and what becomes of it in the settings.
 
-use super::Settings;
-use crate::math::larger;
+use crate::math::{larger, smaller};
+use crate::table::FingerTable;
 use crate::units::{FINGERS, Kilopascals};
 
 /// What a sweep has found.
@@ -15,25 +15,38 @@ pub struct Calibration {
     pub meeting: Option<Kilopascals>,
     /// Pressures at which a finger has the same shape on its way up and down are so far apart, kPa.
     pub hysteresis_kpa: f32,
-    /// Lags of the fingers behind the pressure, rising and falling, with their swing, ms.
+    /// Lags of the fingers behind the pressure, rising and falling, without their swing, ms.
     pub lag_ms: [f32; 2],
+    /// Delay of the regulator behind the set-point, ms, where a rise has told another one than the settings do.
+    pub regulator_ms: Option<f32>,
     /// Largest difference between the free fingers and what is now expected of them, percent of full scale.
     pub error_percent: f32,
 }
 
-impl Settings {
-    /// These, with what a sweep has found, for a table that ends at `max_kpa`. A curve that is known less well than the
-    /// defaults take for granted makes contact of a larger residual.
-    #[must_use]
-    pub(crate) fn calibrated(mut self, found: &Calibration, max_kpa: f32) -> Self {
-        self.free_bend_gain = found.gain;
-        self.stiffness = found.stiffness;
-        self.meeting_kpa = found.meeting.map_or(0.0, |pressure| pressure.0);
-        self.silicone = self
-            .silicone
-            .measured(found.lag_ms, 100.0 * found.hysteresis_kpa / max_kpa);
-        let least = Self::default().contact_percent;
-        self.contact_percent = larger(least, 2.0 * found.error_percent);
-        self
+/// Share of full scale by which a table may be wrong, percent, whatever a fit says: the default of the setting.
+const LEAST_CONTACT_PERCENT: f32 = 5.0;
+
+impl Calibration {
+    /// The settings that it stands for, by number, for [`Settings::with`](crate::settings::Settings::with). A curve that is
+    /// known less well than the defaults take for granted makes contact of a larger residual. The regulator's delay is
+    /// left as it is where nothing new was learned: `regulator_ms` is what it is now.
+    pub fn stated(&self, regulator_ms: f32, table: &FingerTable) -> [(u16, f32); 12] {
+        let ([a, b, c], [x, y, z]) = (self.gain, self.stiffness);
+        let [up_ms, down_ms] = self.lag_ms.map(|ms| larger(1.0, smaller(ms, 5_000.0)));
+        let hysteresis = 100.0 * self.hysteresis_kpa / table.max_pressure_kpa;
+        [
+            (110, self.regulator_ms.unwrap_or(regulator_ms)),
+            (202, larger(LEAST_CONTACT_PERCENT, 2.0 * self.error_percent)),
+            (220, a),
+            (221, b),
+            (222, c),
+            (230, x),
+            (231, y),
+            (232, z),
+            (240, self.meeting.map_or(0.0, |pressure| pressure.0)),
+            (250, up_ms),
+            (251, down_ms),
+            (252, larger(0.0, smaller(hysteresis, 25.0))),
+        ]
     }
 }

@@ -18,12 +18,6 @@ const WIDEST: f32 = 0.25;
 /// A shape is known after so many time constants of the lag.
 const KNOWN_AFTER: f32 = 6.0;
 
-/// Between these a lag may lie, ms, …
-const SHORTEST_MS: f32 = 1.0;
-const LONGEST_MS: f32 = 5_000.0;
-/// … and up to here hysteresis and creep, percent.
-const WIDEST_PERCENT: f32 = 25.0;
-
 /// What is known of the silicone of the fingers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -61,19 +55,6 @@ impl Default for Settings {
     }
 }
 
-impl Settings {
-    /// These, with measured lags of inflation and deflation, swing included, and a measured hysteresis.
-    pub(super) fn measured(mut self, lags_ms: [f32; 2], hysteresis_percent: f32) -> Self {
-        // A second-order swing comes 2 ζ/ω behind.
-        let swing_ms = 2e3 * self.bending_damping / (core::f32::consts::TAU * self.bending_hz);
-        let [up_ms, down_ms] = lags_ms.map(|lag_ms| lag_ms - swing_ms);
-        self.inflation_lag_ms = larger(SHORTEST_MS, smaller(up_ms, LONGEST_MS));
-        self.deflation_lag_ms = larger(SHORTEST_MS, smaller(down_ms, LONGEST_MS));
-        self.hysteresis_percent = larger(0.0, smaller(hysteresis_percent, WIDEST_PERCENT));
-        self
-    }
-}
-
 /// How wide the loop is where the pressure has fallen by so much, as a share of what it is in the end, for a table that
 /// ends at `max_kpa`.
 pub(crate) fn loop_share(fallen_kpa: f32, max_kpa: f32) -> f32 {
@@ -101,6 +82,14 @@ pub struct Active {
     bending: [f32; 2],
     /// Ticks after which the shape follows from the pressure alone.
     pub known_after_ticks: u16,
+}
+
+impl Active {
+    /// How far the swing alone comes behind, ms: `2 ζ/ω` of a second-order lag.
+    pub(crate) fn swing_ms(&self) -> f32 {
+        let [stiffness, damping] = self.bending;
+        damping / stiffness * (1e-3 * TICK_US as f32)
+    }
 }
 
 impl Active {

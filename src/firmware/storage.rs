@@ -1,6 +1,6 @@
 //! The settings in flash: read once at the start, and written by a task of their own, below all others.
 
-use softgrip::settings::{Active, Calibration, ENCODED_BYTES, FACTORY, Settings, Values};
+use softgrip::settings::{Active, Calibration, ENCODED_BYTES, FACTORY, Values};
 use softgrip::storage::{SaveError, Storage, Stored};
 use softgrip::table::FINGER;
 use softgrip::units::FINGERS;
@@ -64,23 +64,25 @@ impl Keeper {
     }
 
     /// A tare: the control task uses it already.
-    fn keep_tare(&mut self, tare_ue: [f32; FINGERS]) {
-        let mut settings = Settings::of(&self.values);
-        settings.gauge.tare_ue = tare_ue;
-        self.values = settings.values();
+    fn keep_tare(&mut self, [a, b, c]: [f32; FINGERS]) {
+        self.keep(&[(510, a), (511, b), (512, c)]);
     }
 
     /// What a sweep has found becomes what the control task uses.
     fn keep_fingers(&mut self, found: &Calibration) {
-        let values = Settings::of(&self.values)
-            .calibrated(found, &FINGER)
-            .values();
-        match Active::of(&values, &FINGER) {
-            Ok(active) => {
-                self.values = values;
-                SETTINGS.signal(active);
-            }
+        let regulator_ms = self.values.get(110).unwrap_or_default();
+        self.keep(&found.stated(regulator_ms, &FINGER));
+        match Active::of(&self.values, &FINGER) {
+            Ok(active) => SETTINGS.signal(active),
             Err(error) => defmt::error!("the sweep is not used: {}", error),
+        }
+    }
+
+    fn keep(&mut self, stated: &[(u16, f32)]) {
+        for &(number, value) in stated {
+            if let Err(error) = self.values.set(number, value) {
+                defmt::error!("not kept: {}", error);
+            }
         }
     }
 

@@ -4,7 +4,6 @@ use softgrip_settings::{SettingsError, Values};
 
 use super::factory;
 use super::tree::Settings;
-use crate::estimate::Calibration;
 use crate::frontend::FrontEnd;
 use crate::table::FingerTable;
 use crate::units::{FINGERS, Kilopascals};
@@ -87,13 +86,6 @@ impl Settings {
     pub fn with(&self, stated: &[(u16, f32)], table: &FingerTable) -> Result<Self, SettingsError> {
         let values = self.values().with(stated, table.max_pressure_kpa)?;
         Ok(Self::of(&values))
-    }
-
-    /// These, with what a sweep has found of the mounted fingers.
-    #[must_use]
-    pub fn calibrated(mut self, found: &Calibration, table: &FingerTable) -> Self {
-        self.finger = self.finger.calibrated(found, table.max_pressure_kpa);
-        self
     }
 
     /// Every setting that is out of its range, for this finger, in the order of their numbers.

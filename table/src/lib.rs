@@ -35,13 +35,30 @@ pub struct Row {
     pub free_strain_ue: f32,
     /// Angle of the last link to the unbent finger, degrees.
     pub tip_angle_deg: f32,
+    /// Greatest force of the three fingers against gravity on an object of each kind before it slides
+    /// (statics), N; zero in rows from [`FingerTable::lift_rows`] on.
+    pub lift_n: [f32; OBJECTS],
+}
+
+/// The links of the finger at one pressure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkRow {
     /// Position of the free finger's tip, mm: along the unbent finger and towards the inside of the bend.
     pub tip_mm: [f32; 2],
     /// Torque that the pressure exerts at each joint, from the clamp to the tip, N·mm (paper, table 3).
     pub torque_nmm: [f32; LINKS],
-    /// Greatest force of the three fingers against gravity on an object of each kind before it slides
-    /// (statics), N; zero in rows from [`FingerTable::lift_rows`] on.
-    pub lift_n: [f32; OBJECTS],
+}
+
+/// The links of one finger, at the pressures of its [`FingerTable`]: its shape, for whoever draws it or calculates with
+/// it. A table of its own, because no tick looks at it: an image that does not either is without these 2.6 kB.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkTable {
+    /// Pressure of the last row, kPa.
+    pub max_pressure_kpa: f32,
+    /// Stiffness of each joint, from the clamp to the tip, N·mm/deg (paper, table 2).
+    pub stiffness_nmm_per_deg: [f32; LINKS],
+    /// The links at rising pressure.
+    pub rows: [LinkRow; ROWS],
 }
 
 /// One finger at [`ROWS`] evenly spaced pressures from zero to [`FingerTable::max_pressure_kpa`], and where
@@ -66,8 +83,6 @@ pub struct FingerTable {
     /// Pressure at which the tips of three free fingers meet on the gripper's axis, kPa; none without a grasp in
     /// the recipe, or if they do not up to the last row.
     pub meeting_kpa: Option<f32>,
-    /// Stiffness of each joint, from the clamp to the tip, N·mm/deg (paper, table 2).
-    pub stiffness_nmm_per_deg: [f32; LINKS],
     /// The finger at rising pressure.
     pub rows: [Row; ROWS],
 }

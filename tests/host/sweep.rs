@@ -60,8 +60,17 @@ fn a_sweep_of_the_recipes_own_fingers_finds_them_and_opens_the_gripper() {
     board.run(2_000);
     assert_eq!(board.state(), State::Idle);
     assert_eq!(board.count(|event| matches!(event, Event::Swept { .. })), 1);
-    let settings = Settings::default().calibrated(&found, &FINGER);
+    let stated = found.stated(75.0, &FINGER);
+    let settings = Settings::default()
+        .with(&stated, &FINGER)
+        .expect("in range");
     assert!(settings.validate(&FINGER).is_ok());
+    assert_eq!(settings.finger.free_bend_gain, found.gain);
+    assert_eq!(settings.finger.stiffness, found.stiffness);
+    let silicone = settings.finger.silicone;
+    let lags_ms = [silicone.inflation_lag_ms, silicone.deflation_lag_ms];
+    assert_eq!(lags_ms, found.lag_ms);
+    assert_eq!(silicone.hysteresis_percent, found.hysteresis_kpa / 1.6);
 }
 
 #[test]

@@ -144,7 +144,7 @@ fn of_hand(recipe: &Recipe, seed: u64, grips: u32) -> anyhow::Result<Result<Hand
         Ok(swept) => swept,
         Err(why) => return Ok(Err(format!("{why:#}"))),
     };
-    let calibrated = settings.calibrated(&swept.calibration, setup.table());
+    let calibrated = calibrated(&setup, &swept)?;
     let mut closes = [Closes::default(); 2];
     for _ in 0..grips {
         let (nothing, object) = draw(&setup, &mut rng);
@@ -161,10 +161,24 @@ fn of_hand(recipe: &Recipe, seed: u64, grips: u32) -> anyhow::Result<Result<Hand
     }
     Ok(Ok(Hand {
         sweep_s: round(swept.duration_s, 3),
-        error_percent: errors_percent(&setup, &swept).map(|error| round(error, 3)),
+        error_percent: errors_percent(&setup, &swept)?.map(|error| round(error, 3)),
         half_loop_percent: round(half_loop_percent(&setup, &swept), 3),
         closes,
     }))
+}
+
+/// The settings of a setup, with what its sweep has found.
+///
+/// # Errors
+/// If they cannot be set, which no sweep finds.
+pub fn calibrated(setup: &Setup, swept: &Swept) -> anyhow::Result<Settings> {
+    let settings = setup.settings();
+    let stated = swept
+        .calibration
+        .stated(settings.air.regulator_lag_ms, setup.table());
+    settings
+        .with(&stated, setup.table())
+        .map_err(|error| anyhow::anyhow!("sweep: {error}"))
 }
 
 /// Half the hysteresis that was measured, percent of the highest pressure.
@@ -244,9 +258,12 @@ fn close(setup: &Setup, settings: &Settings) -> anyhow::Result<Judged> {
 
 /// Largest error of what is expected of free fingers, percent of full scale, at other pressures than the sweep's, up to
 /// where the fingers meet: by the recipe's table, and with what the sweep has found.
-pub fn errors_percent(setup: &Setup, swept: &Swept) -> [f64; 2] {
+///
+/// # Errors
+/// As [`calibrated`].
+pub fn errors_percent(setup: &Setup, swept: &Swept) -> anyhow::Result<[f64; 2]> {
     let found = &swept.calibration;
-    let calibrated = setup.settings().calibrated(found, setup.table()).finger;
+    let calibrated = calibrated(setup, swept)?.finger;
     let highest_kpa = setup.chain.max_pressure_kpa();
     let full_ue = setup.chain.free_strain_ue(highest_kpa);
     let up_to_kpa = found
@@ -270,7 +287,7 @@ pub fn errors_percent(setup: &Setup, swept: &Swept) -> [f64; 2] {
             }
         }
     }
-    worst
+    Ok(worst)
 }
 
 /// Pressures, kPa, and what each gauge shows more than without pressure, µε, at rest on the way up, with nothing in the

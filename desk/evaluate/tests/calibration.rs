@@ -35,7 +35,7 @@ fn a_sweep_makes_the_table_true_over_the_whole_range_where_fingers_do_not_meet()
         setup.gripper.hand.fingers_touch = false;
         let swept = sweep::sweep(&setup, &setup.settings()).expect("a sweep");
         assert_eq!(swept.calibration.meeting, None);
-        let [before, after] = calibration::errors_percent(&setup, &swept);
+        let [before, after] = calibration::errors_percent(&setup, &swept).expect("settings");
         let half_loop = calibration::half_loop_percent(&setup, &swept);
         assert!(
             before > 7.0 && after < 1.0 + half_loop,

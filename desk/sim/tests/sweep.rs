@@ -28,23 +28,12 @@ fn a_sweep_measures_lags_and_hysteresis_of_the_silicone() {
     (hand.hysteresis_percent, hand.creep_percent) = (4.0, 0.0);
     setup.gripper.gauge.creep_percent = 0.0;
     let swept = sweep(&setup).expect("a sweep");
-    let silicone = setup
-        .settings()
-        .calibrated(&swept.calibration, setup.table())
-        .finger
-        .silicone;
-    assert!(
-        (silicone.inflation_lag_ms - 200.0).abs() < 20.0,
-        "{silicone:?}"
-    );
-    assert!(
-        (silicone.deflation_lag_ms - 400.0).abs() < 40.0,
-        "{silicone:?}"
-    );
-    assert!(
-        (silicone.hysteresis_percent - 4.0).abs() < 0.5,
-        "{silicone:?}"
-    );
+    let found = swept.calibration;
+    let [up_ms, down_ms] = found.lag_ms;
+    assert!((up_ms - 200.0).abs() < 20.0, "{found:?}");
+    assert!((down_ms - 400.0).abs() < 40.0, "{found:?}");
+    // 4 % of 160 kPa.
+    assert!((found.hysteresis_kpa - 6.4).abs() < 0.8, "{found:?}");
 }
 
 #[test]

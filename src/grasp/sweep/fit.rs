@@ -85,6 +85,7 @@ impl Fit {
                 meeting: None,
                 hysteresis_kpa,
                 lag_ms,
+                regulator_ms: None,
                 error_percent: 0.0,
             },
             knee,

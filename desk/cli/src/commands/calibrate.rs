@@ -77,10 +77,10 @@ fn one(recipe: &Recipe, args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
         "hysteresis {:.1} kPa, {up_ms:.0} ms behind a rising pressure, {down_ms:.0} ms behind a falling one",
         found.hysteresis_kpa
     );
-    let [before, after] = calibration::errors_percent(&setup, &swept);
+    let [before, after] = calibration::errors_percent(&setup, &swept)?;
     outln!("free-bend error up to there {before:.1} % of full scale before, {after:.1} % now");
     if let Some(path) = &args.out {
-        let values = settings.calibrated(found, setup.table()).values();
+        let values = calibration::calibrated(&setup, &swept)?.values();
         std::fs::write(path, page::toml(&values)).with_context(|| path.display().to_string())?;
         outln!("settings: {}", path.display());
     }

@@ -119,7 +119,11 @@ impl TableReport {
 
     /// Interpolation error over pressure.
     fn interpolation(&self) -> Panel {
-        let points = interpolation_error_percent(&self.table, &self.recipe.chain);
+        let points = interpolation_error_percent(
+            &self.table,
+            &finger::table::links(&self.recipe.chain),
+            &self.recipe.chain,
+        );
         Panel {
             title: "interpolation error of the table; the budget is 0.1 %".into(),
             x_label: "pressure, kPa",
