@@ -15,7 +15,7 @@ const FE: FrontEnd = FrontEnd::REFERENCE;
 fn frame(tick: u64) -> RawFrame {
     let flicker = (tick % 7) as f32;
     RawFrame {
-        gauges: [AdcCode(FE.gauge_code(Microstrain(4_000.0 + 20.0 * flicker)) as u16); 3],
+        gauges: [AdcCode(FE.gauge_code(0, Microstrain(4_000.0 + 20.0 * flicker)) as u16); 3],
         monitor: AdcCode(FE.monitor_code(Kilopascals(140.0)) as u16),
         supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
         rail: softgrip::frontend::RAIL,
@@ -27,7 +27,7 @@ fn frame(tick: u64) -> RawFrame {
 
 fn step(criterion: &mut Criterion) {
     let active = Settings::default()
-        .validate(&FE, &FINGER)
+        .validate(&FINGER)
         .expect("the default settings are valid");
     let mut controller = Controller::new(&FINGER, active);
     let mut tick = 0;

@@ -14,8 +14,9 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peri, Peripherals, bind_interrupts, dma, interrupt, pac};
 use softgrip::RawFrame;
-use softgrip::frontend::{self, FrontEnd};
+use softgrip::frontend;
 use softgrip::inputs::Levels;
+use softgrip::io;
 use softgrip::scan::{self, CHANNELS};
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
@@ -28,9 +29,6 @@ pub use flash::SettingsFlash;
 use crate::links::HIGH_PRIORITY;
 
 pub const NAME: &str = "NUCLEO-F429ZI";
-
-/// What one code means. Another amplifier or divider: another constant here.
-pub const FRONT_END: FrontEnd = FrontEnd::REFERENCE;
 
 /// No pressure.
 const SAFE: DacCode = DacCode(0);
@@ -459,7 +457,7 @@ impl InputPins {
     }
 }
 
-/// Outputs to the robot, high is on, and the board's lamps.
+/// Outputs to the robot, and the board's lamps.
 pub struct IndicatorPins {
     /// [D3]
     ready: Output<'static>,
@@ -478,11 +476,12 @@ pub struct IndicatorPins {
 }
 
 impl IndicatorPins {
-    pub fn set(&mut self, on: Indicators) {
-        self.ready.set_level(on.ready.into());
-        self.holding.set_level(on.holding.into());
-        self.lost.set_level(on.lost.into());
-        self.fault.set_level(on.fault.into());
+    pub fn set(&mut self, on: Indicators, io: &io::Settings) {
+        let high = io.high(on);
+        self.ready.set_level(high.ready.into());
+        self.holding.set_level(high.holding.into());
+        self.lost.set_level(high.lost.into());
+        self.fault.set_level(high.fault.into());
         self.green.set_level(on.ready.into());
         self.blue.set_level(on.holding.into());
         self.red.set_level((on.lost || on.fault).into());

@@ -31,8 +31,6 @@ impl Air {
     }
 }
 
-/// The pressure follows while it is within this of what the command should give.
-pub(crate) const FOLLOWING_KPA: f32 = 8.0;
 /// The pressure has reached its set-point within this: the regulator is good for ±1 % of 200 kPa.
 pub(crate) const REACHED_KPA: f32 = 3.0;
 /// One that lags further behind is on its way while it comes this much nearer in the time that is allowed:
@@ -51,6 +49,8 @@ const TICKS_PER_MS: f32 = 1e3 / TICK_US as f32;
 pub struct Settings {
     /// Time constant of the regulator, command to pressure.
     pub regulator_lag_ms: f32,
+    /// The pressure follows while it is within this of what the command should give.
+    pub following_kpa: f32,
 }
 
 impl Default for Settings {
@@ -58,6 +58,7 @@ impl Default for Settings {
         Self {
             // 50–100 ms for proportional regulators of this size.
             regulator_lag_ms: 75.0,
+            following_kpa: 8.0,
         }
     }
 }
@@ -67,6 +68,7 @@ impl Settings {
     pub(crate) fn active(&self) -> Active {
         Active {
             gain: lag_gain(self.regulator_lag_ms),
+            following_kpa: self.following_kpa,
         }
     }
 }
@@ -76,6 +78,7 @@ impl Settings {
 pub struct Active {
     /// Share of the way to the set-point that the pressure goes in one tick.
     pub(crate) gain: f32,
+    pub(crate) following_kpa: f32,
 }
 
 /// A first-order lag behind the set-point.
@@ -129,14 +132,14 @@ impl AirModel {
     /// Compares the pressure with what it should be. One that lies between that and the target follows, too: its
     /// regulator is faster than the model, or got its command without the slew limit. One that lags behind follows
     /// as long as it makes progress: its regulator is slower, or has a dead time.
-    pub fn observe(&mut self, now: Instant, monitor: Monitor) -> Air {
+    pub fn observe(&mut self, now: Instant, monitor: Monitor, active: &Active) -> Air {
         let measured = monitor.pressure();
         if let Some(measured) = measured {
             let expected = *self.expected.get_or_insert(measured.0);
-            let near = (measured.0 - expected).abs() <= FOLLOWING_KPA;
+            let near = (measured.0 - expected).abs() <= active.following_kpa;
             if near {
                 self.deviation = None;
-            } else if self.leads(measured.0, expected) {
+            } else if self.leads(measured.0, expected, active.following_kpa) {
                 self.deviation = None;
                 if (measured.0 - self.target).abs() <= REACHED_KPA {
                     // It has answered, whatever the model makes of the rest of the way.
@@ -167,10 +170,10 @@ impl AirModel {
     }
 
     /// Whether the pressure is further on its way to the target than expected, and not beyond it.
-    fn leads(&self, measured: f32, expected: f32) -> bool {
+    fn leads(&self, measured: f32, expected: f32, following_kpa: f32) -> bool {
         let (low, high) = match self.target > expected {
-            true => (expected, self.target + FOLLOWING_KPA),
-            false => (self.target - FOLLOWING_KPA, expected),
+            true => (expected, self.target + following_kpa),
+            false => (self.target - following_kpa, expected),
         };
         self.target != expected && (low..=high).contains(&measured)
     }
@@ -254,6 +257,10 @@ impl Default for AirModel {
 mod tests {
     use super::*;
 
+    fn active() -> Active {
+        Settings::default().active()
+    }
+
     fn at(ms: u64) -> Instant {
         Instant::from_micros(1_000 * ms)
     }
@@ -264,14 +271,16 @@ mod tests {
 
     #[test]
     fn the_model_starts_at_the_first_measurement_and_then_lags_behind_the_setpoint() {
-        let active = Settings::default().active();
         let mut model = AirModel::new();
-        assert_eq!(model.drive(100.0, 100.0, None, &active), None);
-        assert_eq!(model.observe(at(0), Monitor::Missing).expected, None);
-        let air = model.observe(at(1), valid(3.0));
+        assert_eq!(model.drive(100.0, 100.0, None, &active()), None);
+        assert_eq!(
+            model.observe(at(0), Monitor::Missing, &active()).expected,
+            None
+        );
+        let air = model.observe(at(1), valid(3.0), &active());
         assert_eq!(air.expected, Some(Kilopascals(3.0)));
         for _ in 0..75 {
-            model.drive(103.0, 103.0, None, &active);
+            model.drive(103.0, 103.0, None, &active());
         }
         // 63 % of the way after one time constant.
         let expected = model.expected().expect("known").0;
@@ -300,10 +309,11 @@ mod tests {
     #[test]
     fn a_deviation_counts_from_its_first_tick_and_a_tick_without_a_measurement_is_no_news() {
         let mut model = AirModel::new();
-        let deviating =
-            |model: &mut AirModel, ms, monitor| model.observe(at(ms), monitor).deviating_us;
+        let deviating = |model: &mut AirModel, ms, monitor| {
+            model.observe(at(ms), monitor, &active()).deviating_us
+        };
         assert_eq!(deviating(&mut model, 0, valid(100.0)), 0);
-        model.drive(100.0, 100.0, None, &Settings::default().active());
+        model.drive(100.0, 100.0, None, &active());
         for kpa in [108.0, 92.0] {
             assert_eq!(deviating(&mut model, 5, valid(kpa)), 0, "{kpa}");
         }
@@ -318,11 +328,10 @@ mod tests {
 
     /// A model at 50 kPa on its way to 100.
     fn rising() -> AirModel {
-        let active = Settings::default().active();
         let mut model = AirModel::new();
-        model.observe(at(0), valid(0.0));
+        model.observe(at(0), valid(0.0), &active());
         while model.expected().is_some_and(|kpa| kpa.0 < 50.0) {
-            model.drive(100.0, 100.0, None, &active);
+            model.drive(100.0, 100.0, None, &active());
         }
         model
     }
@@ -337,8 +346,8 @@ mod tests {
             (109.0, false),
         ] {
             let mut model = rising();
-            model.observe(at(1), valid(kpa));
-            let air = model.observe(at(2), valid(kpa));
+            model.observe(at(1), valid(kpa), &active());
+            let air = model.observe(at(2), valid(kpa), &active());
             assert_eq!(air.deviating_us == 0, follows, "{kpa}");
         }
     }
@@ -346,7 +355,7 @@ mod tests {
     #[test]
     fn a_pressure_that_lags_behind_is_given_its_time_again_with_each_3_kpa_of_progress() {
         let mut model = rising();
-        let mut us = |ms, kpa| model.observe(at(ms), valid(kpa)).deviating_us;
+        let mut us = |ms, kpa| model.observe(at(ms), valid(kpa), &active()).deviating_us;
         assert_eq!(us(100, 20.0), 0);
         assert_eq!(us(200, 22.9), 100_000);
         assert_eq!(us(300, 23.1), 0);
@@ -355,13 +364,12 @@ mod tests {
             let ripple = if ms % 2 == 0 { 1.0 } else { -5.0 };
             assert_eq!(us(ms, 23.1 + ripple), 1_000 * (ms - 300));
         }
-        let air = model.observe(at(500), valid(50.0));
+        let air = model.observe(at(500), valid(50.0), &active());
         assert_eq!((air.deviating_us, air.deviated), (0, at(499)));
     }
 
     /// Deviation, kPa, at its largest in a grip at 140 kPa by a regulator with this lag, and what is learned.
     fn grip(model: &mut AirModel, lag_ms: f32) -> (f32, Option<u16>) {
-        let active = Settings::default().active();
         let (mut pressure, mut most, mut learned) = (0.0f32, 0.0f32, None);
         let begin = Kilopascals(0.0);
         model.expected = Some(begin.0);
@@ -369,12 +377,12 @@ mod tests {
             let setpoint = (0.4 * ms as f32).min(140.0);
             pressure += (setpoint - pressure) / lag_ms;
             let measured = Some(Kilopascals(pressure));
-            model.drive(setpoint, 140.0, measured, &active);
-            let air = model.observe(at(ms), valid(pressure));
+            model.drive(setpoint, 140.0, measured, &active());
+            let air = model.observe(at(ms), valid(pressure), &active());
             most = most.max(air.deviation_kpa().map_or(0.0, f32::abs));
             learned = model.take_learned().or(learned);
         }
-        model.drive(0.0, 0.0, Some(begin), &active);
+        model.drive(0.0, 0.0, Some(begin), &active());
         (most, learned)
     }
 

@@ -134,12 +134,15 @@ impl Conditioner {
         expected: &Expected,
     ) -> [Gauge; FINGERS] {
         let mut gauges = [Gauge::Missing; FINGERS];
-        let channels = self.channels.iter_mut().zip(&frame.gauges);
-        let channels = gauges.iter_mut().zip(channels.zip(expected.zero_ue));
+        let amplifier = &front_end.amplifier;
+        let channels = self.channels.iter_mut();
+        let channels = channels.zip(front_end.gauge_ue_per_code);
+        let codes = frame.gauges.iter().zip(expected.zero_ue);
+        let channels = gauges.iter_mut().zip(channels.zip(codes));
         if frame.carried {
             self.spacing += 1.0;
-            for (gauge, ((channel, &code), zero_ue)) in channels {
-                *gauge = channel.carry(code, front_end, zero_ue);
+            for (gauge, ((channel, ue), (&code, zero_ue))) in channels {
+                *gauge = channel.carry(amplifier.strain(code, ue), zero_ue);
             }
             return gauges;
         }
@@ -151,8 +154,15 @@ impl Conditioner {
         } else {
             &self.gains
         };
-        for (gauge, ((channel, &code), zero_ue)) in channels {
-            *gauge = channel.step(code, front_end, zero_ue, expected.free_strain, gains);
+        for (gauge, ((channel, ue), (&code, zero_ue))) in channels {
+            *gauge = channel.step(
+                code,
+                amplifier.strain(code, ue),
+                amplifier,
+                zero_ue,
+                expected.free_strain,
+                gains,
+            );
         }
         gauges
     }

@@ -1,7 +1,7 @@
 //! One control tick, from converter codes to converter codes.
 
 use crate::air::AirModel;
-use crate::command::{Answer, Command, Motion};
+use crate::command::{Answer, Command, Motion, Refusal};
 use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::detect::limits::Signs;
@@ -36,21 +36,23 @@ pub struct Outputs {
 /// The controller. The firmware, the simulated gripper, the replay of traces and the tests all call
 /// [`Controller::step`] and nothing else.
 #[derive(Debug, Clone)]
+// In this order a tick takes 30 instructions less than in the compiler's: what it reads is nearer.
+#[repr(C)]
 pub struct Controller {
-    table: &'static FingerTable,
+    conditioner: Conditioner,
     active: Active,
     feedback: Feedback,
-    conditioner: Conditioner,
     air: AirModel,
     estimator: Estimator,
-    zero: Zero,
     detector: Detector,
+    zero: Zero,
     supervisor: Supervisor,
     regulator: Regulator,
     /// Noise of each gauge, rms. It is an average over 250 ms, so one root in a tick is enough.
     noise: [Microstrain; FINGERS],
     /// Whose turn it is: of none, then of each gauge.
     turn: usize,
+    table: &'static FingerTable,
 }
 
 /// Ticks in which every gauge has its turn.
@@ -86,7 +88,7 @@ impl Controller {
             active,
             feedback: Feedback {
                 expected: Expected {
-                    zero_ue: active.finger.tare_ue,
+                    zero_ue: active.tare_ue,
                     ..Expected::default()
                 },
                 acknowledged: false,
@@ -96,7 +98,7 @@ impl Controller {
             conditioner: Conditioner::new(),
             air: AirModel::new(),
             estimator: Estimator::new(),
-            zero: Zero::tared(active.finger.tare_ue),
+            zero: Zero::starting_at(active.tare_ue),
             detector: Detector::new(),
             supervisor: Supervisor::new(fault),
             regulator: Regulator::new(),
@@ -105,14 +107,34 @@ impl Controller {
         }
     }
 
+    /// What the last tare measured of each gauge, µε; what the settings said before one.
+    pub fn tare_ue(&self) -> [f32; FINGERS] {
+        self.zero.tare_ue()
+    }
+
+    /// Takes other settings, all at once, from the next tick on. What is running goes on: a hold keeps its pressure and
+    /// its plateau and is judged by the new limits, a ramp goes on at the new slew, latches and timers stay. Where the
+    /// tare of a gauge is another one, every zero starts anew.
+    ///
+    /// # Errors
+    /// [`Refusal::NotIdle`] for a lower limit of the pressure while there may be more: that would be an overpressure, which
+    /// opens the fingers. Nothing is changed then.
+    pub fn apply(&mut self, active: Active) -> Result<(), Refusal> {
+        let lower = active.regulator.max_pressure.0 < self.active.regulator.max_pressure.0;
+        if lower && self.supervisor.state() != State::Idle {
+            return Err(Refusal::NotIdle);
+        }
+        if active.tare_ue != self.active.tare_ue {
+            self.zero = Zero::starting_at(active.tare_ue);
+            self.feedback.expected.zero_ue = active.tare_ue;
+        }
+        self.active = active;
+        Ok(())
+    }
+
     /// The settings in use.
     pub fn active(&self) -> &Active {
         &self.active
-    }
-
-    /// What is subtracted from each gauge, µε: after [`Event::Tared`] what the tare has measured.
-    pub fn zero_ue(&self) -> [f32; FINGERS] {
-        self.zero.offsets_ue()
     }
 
     /// What the detector looked at in the last tick; none while nothing is held at a steady pressure.
@@ -139,7 +161,7 @@ impl Controller {
             &feedback.expected,
             feedback.acknowledged,
         );
-        let air = self.air.observe(now, reading.monitor);
+        let air = self.air.observe(now, reading.monitor, &active.air);
         if let Some(delay_ms) = self.air.take_learned() {
             events.add(Event::Regulator { delay_ms });
         }

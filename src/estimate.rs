@@ -33,8 +33,6 @@ pub struct Settings {
     pub gauge_sense: GaugeSense,
     /// Measured free-bend strain over the table's, per finger: the result of a calibration.
     pub free_bend_gain: [f32; FINGERS],
-    /// What each gauge shows at rest, µε: the last tare.
-    pub tare_ue: [f32; FINGERS],
     /// A finger touches when its residual exceeds this …
     pub contact_ue: f32,
     /// … plus this share of the free-bend strain, which the table may be wrong by.
@@ -52,7 +50,6 @@ impl Default for Settings {
             silicone: SiliconeSettings::default(),
             gauge_sense: GaugeSense::Bend,
             free_bend_gain: [1.0; FINGERS],
-            tare_ue: [0.0; FINGERS],
             contact_ue: 500.0,
             contact_percent: 5.0,
         }
@@ -66,7 +63,6 @@ impl Settings {
             silicone: silicone::Active::of(&self.silicone, max_kpa),
             gauge_sense: self.gauge_sense,
             free_bend_gain: self.free_bend_gain,
-            tare_ue: self.tare_ue,
             contact_ue: self.contact_ue,
             contact_fraction: 0.01 * self.contact_percent,
         }
@@ -79,7 +75,6 @@ pub struct Active {
     pub(crate) silicone: silicone::Active,
     pub(crate) gauge_sense: GaugeSense,
     pub(crate) free_bend_gain: [f32; FINGERS],
-    pub(crate) tare_ue: [f32; FINGERS],
     pub(crate) contact_ue: f32,
     pub(crate) contact_fraction: f32,
 }

@@ -3,21 +3,126 @@
 //! Both directions stand here, so that the simulated gripper and the firmware cannot disagree.
 
 use crate::math::{larger, smaller};
-use crate::units::{AdcCode, DacCode, Kilopascals, Microstrain, Millivolts, Volts};
+use crate::units::{AdcCode, DacCode, FINGERS, Kilopascals, Microstrain, Millivolts, Volts};
 
-/// Scale of every analogue channel. `boards/README.md` shows the circuit.
+/// What the converters' volts mean: amplifiers, dividers and regulator. `boards/README.md` shows the circuit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Output of a gauge's amplifier without strain.
+    pub gauge_zero_v: f32,
+    /// By so much it differs from that at full scale.
+    pub gauge_full_scale_v: f32,
+    /// Strain at full scale, up to which the amplifier is linear, either way.
+    pub gauge_full_scale_ue: f32,
+    /// Below this a gauge is shorted.
+    pub gauge_short_below_v: f32,
+    /// Above this a gauge is open.
+    pub gauge_open_above_v: f32,
+    /// The regulator's monitor at its full scale, as it arrives at the converter.
+    pub monitor_full_scale_v: f32,
+    /// Above this the monitor's wire carries something else than its signal.
+    pub monitor_high_above_v: f32,
+    /// Supply voltage over that at the converter.
+    pub supply_divider: f32,
+    /// Full scale of the regulator, for command and monitor.
+    pub regulator_full_scale_kpa: f32,
+    /// The converter's output that commands full scale.
+    pub command_full_scale_v: f32,
+}
+
+impl Settings {
+    /// The circuit of `boards/README.md`, which every supported board carries.
+    pub const REFERENCE: Self = Self {
+        gauge_zero_v: 1.65,
+        gauge_full_scale_v: 1.5,
+        gauge_full_scale_ue: 20_000.0,
+        // The amplifier's swing ends at 0.12 and 3.18 V; a shorted input pulls it to ground, a
+        // pull-up takes an open one to the rail.
+        gauge_short_below_v: 0.05,
+        gauge_open_above_v: 3.2,
+        // 10 V is 200 kPa and arrives as 3 V.
+        monitor_full_scale_v: 3.0,
+        monitor_high_above_v: 3.2,
+        // 100 kΩ : 10 kΩ.
+        supply_divider: 11.0,
+        regulator_full_scale_kpa: 200.0,
+        // 3 V makes 10 V, which is 200 kPa.
+        command_full_scale_v: 3.0,
+    };
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::REFERENCE
+    }
+}
+
+/// Gain and zero of each gauge, beyond the front end's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaugeSettings {
+    /// Strain of each gauge over what the front end's full scale makes of it.
+    pub gain: [f32; FINGERS],
+    /// Strain that each gauge shows at rest, as the last tare measured it.
+    pub tare_ue: [f32; FINGERS],
+}
+
+impl Default for GaugeSettings {
+    fn default() -> Self {
+        Self {
+            gain: [1.0; FINGERS],
+            tare_ue: [0.0; FINGERS],
+        }
+    }
+}
+
+/// What every gauge's amplifier puts out, whatever the gain of its gauge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Amplifier {
+    /// Code without strain.
+    pub zero: f32,
+    /// By so many codes it differs from that at full scale.
+    pub full_scale_codes: f32,
+    /// Strain at full scale, at a gain of one.
+    pub full_scale: Microstrain,
+    /// The lowest and the highest code up to which it is linear.
+    pub linear: [AdcCode; 2],
+    /// Below this the gauge is shorted.
+    pub short_below: AdcCode,
+    /// Above this the gauge is open.
+    pub open_above: AdcCode,
+}
+
+impl Amplifier {
+    /// Strain of a code, where one code is so many µε, before tare.
+    pub(crate) fn strain(&self, code: AdcCode, ue_per_code: f32) -> Microstrain {
+        Microstrain((f32::from(code.0) - self.zero) * ue_per_code)
+    }
+
+    const fn of(settings: &Settings) -> Self {
+        let zero = settings.gauge_zero_v / V_PER_ADC_CODE;
+        let codes = settings.gauge_full_scale_v / V_PER_ADC_CODE;
+        Self {
+            zero,
+            full_scale_codes: codes,
+            full_scale: Microstrain(settings.gauge_full_scale_ue),
+            // The last whole codes inside.
+            linear: [
+                AdcCode((zero - codes) as u16 + 1),
+                AdcCode((zero + codes) as u16),
+            ],
+            short_below: AdcCode((settings.gauge_short_below_v / V_PER_ADC_CODE) as u16),
+            open_above: AdcCode((settings.gauge_open_above_v / V_PER_ADC_CODE) as u16),
+        }
+    }
+}
+
+/// Scale of every analogue channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrontEnd {
-    /// Code of an unstrained gauge.
-    pub gauge_zero: f32,
-    /// Strain of one code, µε.
-    pub gauge_ue_per_code: f32,
-    /// The amplifier is linear up to here, µε, either way.
-    pub gauge_full_scale: Microstrain,
-    /// Below this the gauge is shorted.
-    pub gauge_short_below: AdcCode,
-    /// Above this the gauge is open.
-    pub gauge_open_above: AdcCode,
+    /// What the gauges' amplifiers put out.
+    pub amplifier: Amplifier,
+    /// Strain of one code of each gauge, µε.
+    pub gauge_ue_per_code: [f32; FINGERS],
     /// Pressure of one code of the regulator's monitor, kPa.
     pub monitor_kpa_per_code: f32,
     /// Above this the monitor's wire carries something else than its signal.
@@ -80,29 +185,41 @@ pub fn rail_factor(rail: Millivolts) -> f32 {
 }
 
 impl FrontEnd {
-    /// The front end of `boards/README.md`, which every supported board carries.
-    pub const REFERENCE: Self = Self {
-        // 1.65 V is no strain, ±1.5 V is ±20 000 µε.
-        gauge_zero: 1.65 / V_PER_ADC_CODE,
-        gauge_ue_per_code: V_PER_ADC_CODE * 20_000.0 / 1.5,
-        gauge_full_scale: Microstrain(20_000.0),
-        // The amplifier's swing ends at 0.12 and 3.18 V; a shorted input pulls it to ground, a
-        // pull-up takes an open one to the rail.
-        gauge_short_below: AdcCode((0.05 / V_PER_ADC_CODE) as u16),
-        gauge_open_above: AdcCode((3.2 / V_PER_ADC_CODE) as u16),
-        // 10 V is 200 kPa and arrives as 3 V.
-        monitor_kpa_per_code: V_PER_ADC_CODE * 200.0 / 3.0,
-        monitor_high_above: AdcCode((3.2 / V_PER_ADC_CODE) as u16),
-        // Divider 100 kΩ : 10 kΩ.
-        supply_v_per_code: V_PER_ADC_CODE * 11.0,
-        // 3 V makes 10 V, which is 200 kPa.
-        command_codes_per_kpa: 4096.0 / VREF * 3.0 / 200.0,
-        regulator_full_scale: Kilopascals(200.0),
-    };
+    /// The front end of [`Settings::REFERENCE`] with gauges as it makes them.
+    pub const REFERENCE: Self = Self::of(&Settings::REFERENCE, [1.0; FINGERS]);
 
-    /// Strain of a gauge code, before tare.
-    pub fn strain(&self, code: AdcCode) -> Microstrain {
-        Microstrain((f32::from(code.0) - self.gauge_zero) * self.gauge_ue_per_code)
+    /// The front end of these settings, with gauges of this gain.
+    pub const fn of(settings: &Settings, gain: [f32; FINGERS]) -> Self {
+        let [a, b, c] = gain;
+        let full_scale_ue = settings.gauge_full_scale_ue;
+        let ue_per_code = V_PER_ADC_CODE * full_scale_ue / settings.gauge_full_scale_v;
+        let full_scale_kpa = settings.regulator_full_scale_kpa;
+        Self {
+            amplifier: Amplifier::of(settings),
+            gauge_ue_per_code: [a * ue_per_code, b * ue_per_code, c * ue_per_code],
+            monitor_kpa_per_code: V_PER_ADC_CODE * full_scale_kpa / settings.monitor_full_scale_v,
+            monitor_high_above: AdcCode((settings.monitor_high_above_v / V_PER_ADC_CODE) as u16),
+            supply_v_per_code: V_PER_ADC_CODE * settings.supply_divider,
+            command_codes_per_kpa: 4096.0 / VREF * settings.command_full_scale_v / full_scale_kpa,
+            regulator_full_scale: Kilopascals(full_scale_kpa),
+        }
+    }
+
+    /// Strain of each gauge's code, before tare.
+    pub fn strains(&self, codes: &[AdcCode; FINGERS]) -> [Microstrain; FINGERS] {
+        let gauges = self.gauge_ue_per_code.iter().zip(codes);
+        let mut strains = [Microstrain(0.0); FINGERS];
+        for (strain, (ue_per_code, code)) in strains.iter_mut().zip(gauges) {
+            *strain = self.amplifier.strain(*code, *ue_per_code);
+        }
+        strains
+    }
+
+    /// The code of a gauge's strain, not yet quantised: what its amplifier puts out. It clips 2 % beyond full scale.
+    pub fn gauge_code(&self, gauge: usize, strain: Microstrain) -> f32 {
+        let clip = 1.02 * self.amplifier.full_scale_codes;
+        let ue_per_code = self.gauge_ue_per_code.get(gauge).unwrap_or(&f32::INFINITY);
+        (strain.0 / ue_per_code).clamp(-clip, clip) + self.amplifier.zero
     }
 
     /// Pressure of a monitor code.
@@ -121,13 +238,6 @@ impl FrontEnd {
         // `max` returns the number where the other is a NaN; the cast saturates.
         let pressure = smaller(larger(pressure.0, 0.0), full_scale);
         DacCode((pressure * self.command_codes_per_kpa + 0.5) as u16)
-    }
-
-    /// The gauge code of a strain, not yet quantised: what the amplifier puts out. It clips 2 % beyond
-    /// full scale.
-    pub fn gauge_code(&self, strain: Microstrain) -> f32 {
-        let clip = 1.02 * self.gauge_full_scale.0;
-        strain.0.clamp(-clip, clip) / self.gauge_ue_per_code + self.gauge_zero
     }
 
     /// The monitor code of a pressure, not yet quantised.
@@ -155,9 +265,10 @@ mod tests {
     #[test]
     fn codes_and_quantities_are_inverse() {
         for ue in [-20_000.0, -1.0, 0.0, 4_000.0, 20_000.0] {
-            let code = AdcCode(FE.gauge_code(Microstrain(ue)) as u16);
+            let code = AdcCode(FE.gauge_code(0, Microstrain(ue)) as u16);
             // One count of truncation.
-            assert!((FE.strain(code).0 - ue).abs() <= FE.gauge_ue_per_code);
+            let [strain, ..] = FE.strains(&[code; FINGERS]);
+            assert!((strain.0 - ue).abs() <= FE.gauge_ue_per_code[0]);
         }
         for kpa in [0.0, 0.1, 60.0, 140.0, 160.0, 200.0] {
             let command = FE.commanded(FE.command(Kilopascals(kpa)));

@@ -41,6 +41,7 @@ pub mod detect;
 
 pub mod command;
 pub mod inputs;
+pub mod io;
 
 pub mod event;
 

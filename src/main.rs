@@ -25,12 +25,15 @@ mod storage;
 #[path = "firmware/telemetry.rs"]
 mod telemetry;
 
+use core::sync::atomic::Ordering::Relaxed;
+
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use softgrip::Controller;
 use softgrip::failure::Failure;
 use softgrip::fault::Fault;
 use softgrip::march::march;
+use softgrip::settings::Active;
 use softgrip::table::FINGER;
 
 use identity::Identity;
@@ -83,8 +86,9 @@ async fn main(spawner: Spawner) {
     identity.tell();
 
     let keeper = storage::keeper(flash).expect("made once");
-    match keeper.settings.validate(&board::FRONT_END, &FINGER) {
+    match Active::of(&keeper.values, &FINGER) {
         Ok(active) => {
+            links::TELEMETRY_PERIOD_US.store(active.telemetry_us(), Relaxed);
             let fault = match keeper.invalid {
                 true => Some(Fault::SettingsInvalid),
                 false => failure.map(|_| Fault::Internal),

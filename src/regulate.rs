@@ -1,6 +1,6 @@
 //! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
 
-use crate::air::{self, Air, AirModel, FOLLOWING_KPA};
+use crate::air::{self, Air, AirModel};
 use crate::math::{larger, smaller};
 use crate::units::{Kilopascals, TICK_US};
 
@@ -93,15 +93,16 @@ impl Regulator {
         // Deviations from the expected response, not from the set-point: the regulator's lag is not
         // an error to integrate.
         let error = -air.deviation_kpa().unwrap_or(0.0);
+        let following = air_active.following_kpa;
         // A pressure that does not follow is a fault to report, not an error to chase.
-        let chased = error.clamp(-FOLLOWING_KPA, FOLLOWING_KPA);
+        let chased = smaller(larger(error, -following), following);
         let command = self.setpoint + PROPORTIONAL * chased + self.trim;
         // Anti-windup: no trim for a command at its limit, none for a regulator that does not follow,
         // and none on a ramp, where a regulator quicker or slower than its model is no error to trim.
         let saturated = !(0.0..=active.max_pressure.0).contains(&command);
         let steady =
             expected.is_some_and(|expected| (self.setpoint - expected.0).abs() < STEADY_KPA);
-        if !saturated && steady && error.abs() < FOLLOWING_KPA {
+        if !saturated && steady && error.abs() < following {
             self.trim = (self.trim + INTEGRAL_PER_S * error * TICK_US as f32 * 1e-6)
                 .clamp(-TRIM_LIMIT_KPA, TRIM_LIMIT_KPA);
         }
@@ -171,7 +172,9 @@ mod tests {
                 Some(kpa) => Monitor::Valid(Kilopascals(kpa)),
                 None => Monitor::Missing,
             };
-            let air = self.model.observe(now, monitor);
+            let air = self
+                .model
+                .observe(now, monitor, &air::Settings::default().active());
             let air_active = air::Settings::default().active();
             let target = target.map(Kilopascals);
             self.regulator
@@ -217,7 +220,9 @@ mod tests {
         let mut control = Loop::new();
         control.run(140.0, 0.0, 0.0, 2_000);
         let now = Instant::from_micros(2_000_000);
-        let air = control.model.observe(now, Monitor::Missing);
+        let air = control
+            .model
+            .observe(now, Monitor::Missing, &air::Settings::default().active());
         assert!(air.deviating_us > 1_500_000);
         assert!(
             control.regulator.trim.abs() < 1.0,

@@ -225,7 +225,6 @@ fn last_of(table: &FingerTable, rows: &[Row]) -> Kilopascals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frontend::FrontEnd;
     use crate::settings::Settings;
     use proptest::prelude::*;
 
@@ -253,9 +252,8 @@ mod tests {
 
     #[test]
     fn the_finger_of_this_build_starts_with_its_own_settings() {
-        let front_end = FrontEnd::REFERENCE;
-        let settings = Settings::for_finger(&front_end, &BUILT);
-        settings.validate(&front_end, &BUILT).expect("its own");
+        let settings = Settings::for_finger(&BUILT);
+        settings.validate(&BUILT).expect("its own");
         assert!(settings.regulator.max_pressure_kpa <= BUILT.max_pressure_kpa);
         assert!(
             BUILT

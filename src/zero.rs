@@ -93,18 +93,13 @@ pub struct Zero {
 }
 
 impl Zero {
-    /// Zero strain is zero, and nothing has been tared.
-    pub fn new() -> Self {
-        Self::tared([0.0; FINGERS])
-    }
-
-    /// As the last tare of another run has measured, µε.
-    pub fn tared(tare_ue: [f32; FINGERS]) -> Self {
+    /// As an earlier tare has measured it.
+    pub fn starting_at(tare_ue: [f32; FINGERS]) -> Self {
         Self {
             offsets: tare_ue.map(|tared_ue| Offset {
                 tared_ue,
                 drift_ue: 0.0,
-                rest_ue: 0.0,
+                rest_ue: tared_ue,
             }),
             tare: None,
             rest_ticks: 0,
@@ -112,6 +107,11 @@ impl Zero {
             leaning_ticks: 0,
             used_up: false,
         }
+    }
+
+    /// What the last tare measured, for a start from there.
+    pub fn tare_ue(&self) -> [f32; FINGERS] {
+        self.offsets.map(|offset| offset.tared_ue)
     }
 
     /// What is to be subtracted from the raw strain of each gauge, µε.
@@ -323,7 +323,7 @@ impl Course {
 
 impl Default for Zero {
     fn default() -> Self {
-        Self::new()
+        Self::starting_at([0.0; FINGERS])
     }
 }
 

@@ -10,9 +10,7 @@ use report::{files, json, plot, side_view, words};
 use sim::run::Run;
 use sim::scenario::{ObjectKind, Scenario};
 use sim::trace;
-use softgrip::frontend::FrontEnd;
-use softgrip::settings::Settings;
-use softgrip::table::FINGER;
+use softgrip::settings::{FACTORY, Settings};
 
 use crate::closed_loop::{self, Closed};
 use crate::image::{self, Image};
@@ -173,10 +171,7 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
         noise_ue: args.noise,
         seed: args.seed,
         // The digital input knows no other.
-        pressure_kpa: Settings::for_finger(&FrontEnd::REFERENCE, &FINGER)
-            .grip
-            .grip_pressure_kpa
-            .into(),
+        pressure_kpa: Settings::of(&FACTORY).grip.grip_pressure_kpa.into(),
     };
     let Closed { run, replay, .. } = closed_loop::run(&image, &scenario, args.until)?;
     if args.json {

@@ -16,6 +16,7 @@ use sim::scenario::Scenario;
 use softgrip::TICK_US;
 use softgrip::frontend::FrontEnd;
 use softgrip::inputs::Levels;
+use softgrip::settings::{FACTORY, Settings};
 use softgrip::table::FINGER;
 use softgrip::units::{Kilopascals, Microstrain, Volts};
 
@@ -41,11 +42,24 @@ fn share(code: f32) -> f64 {
     f64::from(code) / 65_536.0
 }
 
+/// The simulated gripper with the electronics that the image was built for.
+pub fn gripper() -> Gripper {
+    Gripper {
+        front_end: Settings::of(&FACTORY).front_end,
+        ..Gripper::reference()
+    }
+}
+
+/// These electronics.
+pub fn front_end() -> FrontEnd {
+    FrontEnd::of(&Settings::of(&FACTORY).front_end, [1.0; softgrip::FINGERS])
+}
+
 /// Open fingers without pressure.
 pub fn pins_at_rest() -> Pins {
-    let front_end = FrontEnd::REFERENCE;
+    let front_end = front_end();
     Pins {
-        gauges: [share(front_end.gauge_code(Microstrain(0.0))); 3],
+        gauges: [share(front_end.gauge_code(0, Microstrain(0.0))); 3],
         monitor: share(front_end.monitor_code(Kilopascals(0.0))),
         supply: share(front_end.supply_code(Volts(24.0))),
     }
@@ -81,7 +95,7 @@ impl Loop {
     /// The gripper above an object.
     pub fn new(scenario: &Scenario, (chain, grasp): &(Chain, Grasp)) -> Self {
         Self {
-            plant: Plant::new(scenario, &Gripper::reference(), &Hand::alike(chain), grasp),
+            plant: Plant::new(scenario, &gripper(), &Hand::alike(chain), grasp),
             truths: Vec::new(),
             poses: Vec::new(),
             gripped: false,
@@ -103,7 +117,7 @@ impl Loop {
         }
         let (mut pins, truth) = self.plant.step_pins(moment.command());
         if let Some(supply) = self.supply_v {
-            pins.supply = share(FrontEnd::REFERENCE.supply_code(Volts(supply)));
+            pins.supply = share(front_end().supply_code(Volts(supply)));
         }
         moment.set_pins(&pins);
         let grip = truth.arm.phase.wants_grip();
@@ -187,10 +201,9 @@ fn judge(
         samples.push(Sample {
             truth: *truth,
             seen: snapshot,
-            strain_ue: seen
-                .frame
-                .gauges
-                .map(|code| FrontEnd::REFERENCE.strain(code).0),
+            strain_ue: front_end()
+                .strains(&seen.frame.gauges)
+                .map(|strain| strain.0),
             asked_kpa: if asked { scenario.pressure_kpa } else { 0.0 },
         });
     }

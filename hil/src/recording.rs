@@ -1,8 +1,7 @@
 //! Every tick as the image reported it, and the same ticks done again by the host's controller.
 
 use anyhow::{Context, ensure};
-use softgrip::frontend::FrontEnd;
-use softgrip::settings::Settings;
+use softgrip::settings::{Active, FACTORY};
 use softgrip::table::FINGER;
 use softgrip::telemetry::{Event, Snapshot};
 use softgrip::units::{AdcCode, DacCode, Instant, Millivolts};
@@ -145,9 +144,7 @@ const WORDS: usize = 5;
 impl Replay {
     /// Steps a fresh controller through a recording that begins with the first tick, and compares.
     pub fn of(recording: &Recording) -> anyhow::Result<Self> {
-        let active = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER)
-            .validate(&FrontEnd::REFERENCE, &FINGER)
-            .map_err(|error| anyhow::anyhow!("{error}"))?;
+        let active = Active::of(&FACTORY, &FINGER).map_err(|error| anyhow::anyhow!("{error}"))?;
         let mut controller = Controller::new(&FINGER, active);
         let mut replay = Self::default();
         let mut reported = recording.events.iter();

@@ -1,33 +1,31 @@
 //! The one table of all settings.
 
-use crate::{Field, Kind};
+use crate::field::{Field, Kind};
 
-/// Every setting, in the order of their numbers.
+/// Every setting, in the order of their numbers; those of a table in the file follow one another.
 ///
-/// A setting is added by a row here, a field in the stage that uses it, and an arm of `leaf` in
+/// A setting is added by a row here, a field in the stage that uses it, and a line of `each` in
 /// `src/settings/leaves.rs`. A number that was ever released is not used again.
 #[rustfmt::skip]
-pub const FIELDS: [Field; 32] = [
+pub const FIELDS: [Field; 51] = [
     of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
     of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
     of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
+    of(111, "air.following_kpa", "kPa", 1.0, 50.0, 8.0, "The pressure follows while it is within this of what the command should give"),
 
     choice(200, "finger.gauge_sense", &["bend", "contact"], 0, "What the gauges see: the finger's bending, which contact takes from, or contact alone"),
     of(201, "finger.contact_ue", "µε", 1.0, 20_000.0, 500.0, "A finger touches when its residual exceeds this and the share below"),
     of(202, "finger.contact_percent", "%", 0.0, 50.0, 5.0, "Share of the free-bend strain by which the table may be wrong"),
-    of(210, "finger.silicone.inflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "Time constant of a finger's inflation, pressure to joint torque"),
-    of(211, "finger.silicone.deflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "The same while the pressure falls"),
-    of(212, "finger.silicone.hysteresis_percent", "%", 0.0, 25.0, 0.0, "How far apart the pressures of the same shape are on the way up and down, in percent of the table's highest pressure"),
-    of(213, "finger.silicone.creep_percent", "%", 0.0, 25.0, 0.0, "So much of the shape follows late, beyond the table's"),
-    of(214, "finger.silicone.creep_time_s", "s", 0.1, 600.0, 30.0, "Time constant of the creep"),
-    of(215, "finger.silicone.bending_hz", "Hz", 0.1, 50.0, 5.9, "Natural frequency of a finger's bending"),
-    of(216, "finger.silicone.bending_damping", "", 0.1, 2.0, 0.45, "Damping ratio of a finger's bending"),
     of(220, "finger.free_bend_gain[0]", "", 0.5, 2.0, 1.0, FREE_BEND),
     of(221, "finger.free_bend_gain[1]", "", 0.5, 2.0, 1.0, FREE_BEND),
     of(222, "finger.free_bend_gain[2]", "", 0.5, 2.0, 1.0, FREE_BEND),
-    of(230, "finger.tare_ue[0]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
-    of(231, "finger.tare_ue[1]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
-    of(232, "finger.tare_ue[2]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
+    of(250, "finger.silicone.inflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "Time constant of a finger's inflation, pressure to joint torque"),
+    of(251, "finger.silicone.deflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "The same while the pressure falls"),
+    of(252, "finger.silicone.hysteresis_percent", "%", 0.0, 25.0, 0.0, "How far apart the pressures of the same shape are on the way up and down, in percent of the table's highest pressure"),
+    of(253, "finger.silicone.creep_percent", "%", 0.0, 25.0, 0.0, "So much of the shape follows late, beyond the table's"),
+    of(254, "finger.silicone.creep_time_s", "s", 0.1, 600.0, 30.0, "Time constant of the creep"),
+    of(255, "finger.silicone.bending_hz", "Hz", 0.1, 50.0, 5.9, "Natural frequency of a finger's bending"),
+    of(256, "finger.silicone.bending_damping", "", 0.1, 2.0, 0.45, "Damping ratio of a finger's bending"),
 
     of(300, "detection.loss_allowance_percent", "%", 1.0, 50.0, 5.0, "Loss: fall of the summed residual, in percent of its plateau, that counts for nothing"),
     of(301, "detection.loss_evidence_percent_ms", "%·ms", 1.0, 10_000.0, 8.0, "Loss: fall beyond the allowance times its duration at which the object is gone"),
@@ -43,11 +41,37 @@ pub const FIELDS: [Field; 32] = [
     choice(406, "grip.on_fault", &["vent", "hold"], 1, "What the outputs do in a fault that leaves a choice"),
     choice(407, "grip.on_loss", &["hold", "vent", "regrip"], 0, "What the fingers do once the object is gone"),
     of(408, "grip.regrip_raise_kpa", "kPa", 0.0, 1_000.0, 20.0, "How much harder they close then, as far as the limit allows"),
+
+    of(500, "gauge.gain[0]", "", 0.5, 2.0, 1.0, GAIN),
+    of(501, "gauge.gain[1]", "", 0.5, 2.0, 1.0, GAIN),
+    of(502, "gauge.gain[2]", "", 0.5, 2.0, 1.0, GAIN),
+    of(510, "gauge.tare_ue[0]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
+    of(511, "gauge.tare_ue[1]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
+    of(512, "gauge.tare_ue[2]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
+
+    of(600, "front_end.gauge_zero_v", "V", 0.5, 2.8, 1.65, "Output of a gauge's amplifier without strain"),
+    of(601, "front_end.gauge_full_scale_v", "V", 0.1, 1.6, 1.5, "By so much it differs from that at full scale"),
+    of(602, "front_end.gauge_full_scale_ue", "µε", 100.0, 100_000.0, 20_000.0, "Strain at full scale, up to which the amplifier is linear, either way"),
+    of(603, "front_end.gauge_short_below_v", "V", 0.0, 1.0, 0.05, "Below this a gauge is shorted"),
+    of(604, "front_end.gauge_open_above_v", "V", 2.0, 3.3, 3.2, "Above this a gauge is open"),
+    of(610, "front_end.monitor_full_scale_v", "V", 0.5, 3.29, 3.0, "The regulator's monitor at its full scale, as it arrives at the converter"),
+    of(611, "front_end.monitor_high_above_v", "V", 0.5, 3.3, 3.2, "Above this the monitor's wire carries something else than its signal"),
+    of(620, "front_end.supply_divider", "", 1.0, 50.0, 11.0, "Supply voltage over that at the converter"),
+    of(630, "front_end.regulator_full_scale_kpa", "kPa", 10.0, 1_000.0, 200.0, "Full scale of the regulator, for command and monitor"),
+    of(631, "front_end.command_full_scale_v", "V", 0.5, 3.29, 3.0, "The converter's output that commands full scale"),
+
+    choice(700, "io.grip", ON, 0, "Level at which the input GRIP is on"),
+    choice(701, "io.release", ON, 0, "Level at which the input RELEASE is on"),
+    choice(710, "io.holding", ON, 0, "Level at which the output HOLDING is on"),
+    choice(711, "io.lost", ON, 0, "Level at which the output LOST is on"),
+
+    of(800, "telemetry.period_ms", "ms", 1.0, 50.0, 20.0, "Time between two snapshots"),
 ];
 
+const ON: &[&str] = &["high", "low"];
+const GAIN: &str = "Strain of each gauge over what the front end's full scale makes of it";
+const TARE: &str = "Strain that each gauge shows at rest, as the last tare measured it";
 const FREE_BEND: &str = "Measured free-bend strain over the table's, for each finger";
-
-const TARE: &str = "What each gauge shows at rest: the last tare, which the firmware stores here";
 
 const fn of(
     number: u16,

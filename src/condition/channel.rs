@@ -3,7 +3,7 @@
 use super::liveliness::Liveliness;
 use super::noise::{Gains, Noise};
 use crate::fault::GaugeFault;
-use crate::frontend::FrontEnd;
+use crate::frontend::Amplifier;
 use crate::math::root;
 use crate::units::{AdcCode, Microstrain};
 
@@ -105,19 +105,19 @@ impl Channel {
     pub fn step(
         &mut self,
         code: AdcCode,
-        front_end: &FrontEnd,
+        Microstrain(raw): Microstrain,
+        amplifier: &Amplifier,
         zero_ue: f32,
         free_strain: Option<Microstrain>,
         gains: &Gains,
     ) -> Gauge {
         self.liveliness.step(code, free_strain, gains.statistics);
-        let raw = front_end.strain(code).0;
         self.seen = self.seen.saturating_add(1);
         let jumped = self.seen > WARM_UP_TICKS
             && self
                 .last_valid
                 .is_some_and(|last| (raw - last).abs() > JUMP_UE + gains.jump_ue);
-        let suspicion = self.suspicion(code, raw, jumped, free_strain, front_end);
+        let suspicion = self.suspicion(code, raw, jumped, free_strain, amplifier);
         if suspicion.is_none() && self.failed.is_none() {
             self.suspect = None;
             self.measure_noise(raw, gains);
@@ -144,8 +144,7 @@ impl Channel {
     }
 
     /// A tick without a measurement of its own: what the last one was is what this one is.
-    pub fn carry(&self, code: AdcCode, front_end: &FrontEnd, zero_ue: f32) -> Gauge {
-        let raw = front_end.strain(code).0;
+    pub fn carry(&self, Microstrain(raw): Microstrain, zero_ue: f32) -> Gauge {
         let jumped = self
             .last_valid
             .is_some_and(|last| (raw - last).abs() > JUMP_UE);
@@ -166,15 +165,15 @@ impl Channel {
         raw_ue: f32,
         jumped: bool,
         free_strain: Option<Microstrain>,
-        front_end: &FrontEnd,
+        amplifier: &Amplifier,
     ) -> Option<GaugeFault> {
-        if code < front_end.gauge_short_below {
+        if code < amplifier.short_below {
             Some(GaugeFault::Short)
-        } else if code > front_end.gauge_open_above {
+        } else if code > amplifier.open_above {
             Some(GaugeFault::Open)
-        } else if raw_ue.abs() > front_end.gauge_full_scale.0 {
+        } else if code < amplifier.linear[0] || code > amplifier.linear[1] {
             // A code that stays is no sign of a gauge that is stuck here.
-            (!self.swings_out(raw_ue, free_strain, front_end)).then_some(GaugeFault::Saturated)
+            (!self.swings_out(raw_ue, free_strain, amplifier)).then_some(GaugeFault::Saturated)
         } else if self.liveliness.is_stuck(free_strain) {
             Some(GaugeFault::Stuck)
         } else if jumped {
@@ -191,9 +190,9 @@ impl Channel {
         &self,
         raw_ue: f32,
         free_strain: Option<Microstrain>,
-        front_end: &FrontEnd,
+        amplifier: &Amplifier,
     ) -> bool {
-        let room_ue = ROOM * front_end.gauge_full_scale.0;
+        let room_ue = ROOM * amplifier.full_scale.0;
         let may_leave = free_strain.is_some_and(|free| free.0 > room_ue);
         let was_saturated = matches!(self.suspect, Some((GaugeFault::Saturated, _)));
         let stepped = self.last_valid.is_none_or(|last| {
@@ -258,6 +257,7 @@ impl Channel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frontend::FrontEnd;
 
     const FE: FrontEnd = FrontEnd::REFERENCE;
 
@@ -267,8 +267,10 @@ mod tests {
         let gains = Gains::every_tick();
         let mut channel = Channel::NEW;
         let mut measure = |ue: f32, free_ue: f32| {
-            let code = AdcCode(FE.gauge_code(Microstrain(ue)) as u16);
-            channel.step(code, &FE, 0.0, Some(Microstrain(free_ue)), &gains)
+            let code = AdcCode(FE.gauge_code(0, Microstrain(ue)) as u16);
+            let [raw, ..] = FE.strains(&[code; 3]);
+            let free = Some(Microstrain(free_ue));
+            channel.step(code, raw, &FE.amplifier, 0.0, free, &gains)
         };
         for tick in 0..1_000 {
             let flicker = if tick % 2 == 0 { 15.0 } else { -15.0 };

@@ -7,7 +7,7 @@ const FE: FrontEnd = FrontEnd::REFERENCE;
 
 fn frame(gauges_ue: [f32; 3]) -> RawFrame {
     RawFrame {
-        gauges: gauges_ue.map(|ue| AdcCode(FE.gauge_code(Microstrain(ue)) as u16)),
+        gauges: gauges_ue.map(|ue| AdcCode(FE.gauge_code(0, Microstrain(ue)) as u16)),
         monitor: AdcCode(FE.monitor_code(Kilopascals(100.0)) as u16),
         supply: AdcCode(FE.supply_code(Volts(24.0)) as u16),
         rail: crate::frontend::RAIL,
@@ -82,7 +82,7 @@ fn open_and_shorted_gauges_fail_in_three_ticks_and_a_saturated_one_within_20_ms(
         (AdcCode(65_520), GaugeFault::Open, 3),
         (AdcCode(0), GaugeFault::Short, 3),
         (
-            AdcCode(FE.gauge_code(Microstrain(20_500.0)) as u16),
+            AdcCode(FE.gauge_code(0, Microstrain(20_500.0)) as u16),
             GaugeFault::Saturated,
             15,
         ),
@@ -329,12 +329,12 @@ fn between_measurements_a_suspect_gauge_is_missing_unless_it_only_clips() {
         (0.0, AdcCode(65_520), false),
         (
             18_000.0,
-            AdcCode(FE.gauge_code(Microstrain(20_300.0)) as u16),
+            AdcCode(FE.gauge_code(0, Microstrain(20_300.0)) as u16),
             true,
         ),
         (
             5_000.0,
-            AdcCode(FE.gauge_code(Microstrain(20_300.0)) as u16),
+            AdcCode(FE.gauge_code(0, Microstrain(20_300.0)) as u16),
             false,
         ),
     ] {
@@ -432,8 +432,8 @@ fn spike_after_spike_is_noise_and_a_spike_now_and_then_is_none() {
 
 #[test]
 fn at_its_limits_a_code_is_beyond_the_amplifier_and_one_code_further_is_the_wire() {
-    let AdcCode(short) = FE.gauge_short_below;
-    let AdcCode(open) = FE.gauge_open_above;
+    let AdcCode(short) = FE.amplifier.short_below;
+    let AdcCode(open) = FE.amplifier.open_above;
     for (code, expected) in [
         (short, GaugeFault::Saturated),
         (short - 1, GaugeFault::Short),

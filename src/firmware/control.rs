@@ -77,7 +77,8 @@ impl Control {
     #[inline(never)]
     fn tick(&mut self, began: Instant, frame: RawFrame) {
         let now = now(began);
-        let command = match self.debounced.step(self.inputs.levels()) {
+        let levels = self.controller.active().io().on(self.inputs.levels());
+        let command = match self.debounced.step(levels) {
             Command::Continue if TARE.load(Relaxed) != 0 => {
                 TARE.store(0, Relaxed);
                 Command::Tare
@@ -86,7 +87,8 @@ impl Control {
         };
         let outputs = self.controller.step(now, &frame, command);
         self.regulator.set(outputs.dac);
-        self.indicators.set(outputs.indicators);
+        self.indicators
+            .set(outputs.indicators, self.controller.active().io());
 
         record::ticked(&outputs.snapshot.state);
         TICK.signal(Tick {
@@ -108,7 +110,7 @@ impl Control {
     fn send(&mut self, at: softgrip::units::Instant, events: &Events) {
         for &event in events.iter() {
             if matches!(event, Event::Tared) {
-                TARED.signal(self.controller.zero_ue());
+                TARED.signal(self.controller.tare_ue());
             }
             self.number = self.number.wrapping_add(1);
             let number = self.number;

@@ -47,7 +47,7 @@ pub fn events() -> Option<(Producer<'static, Numbered>, Consumer<'static, Number
 /// Something is in the queue of events. The telemetry task waits for it.
 pub static EVENT_SENT: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Time between two snapshots, µs. The telemetry task reads it; nobody but a debugger writes it. At 1000
+/// Time between two snapshots, µs. What the settings say, until a debugger writes it; the telemetry task reads it. At 1000
 /// every tick is sent, which is a recording; above 50 000 it counts as 50 000, so that the watchdog hears of
 /// the task in time. `used`: the optimiser must not take it for a constant.
 #[used]

@@ -1,24 +1,23 @@
 //! The settings in flash: read once at the start, and written by a task of their own, below all others.
 
-use softgrip::settings::{ENCODED_BYTES, Settings};
+use softgrip::settings::{ENCODED_BYTES, FACTORY, Values};
 use softgrip::storage::{SaveError, Storage, Stored};
 use softgrip::table::FINGER;
+use softgrip::units::FINGERS;
 
-use crate::board::{self, SettingsFlash};
+use crate::board::SettingsFlash;
 use crate::links::TARED;
+
+/// The numbers of the settings that a tare changes.
+const TARE: [u16; FINGERS] = [510, 511, 512];
 
 /// The settings, and where they are kept.
 pub struct Keeper {
     storage: Storage<SettingsFlash>,
     /// What is in use.
-    pub settings: Settings,
+    pub values: Values,
     /// Something that was stored is not valid, and the factory's is in use instead.
     pub invalid: bool,
-}
-
-/// What is not stored.
-fn factory() -> Settings {
-    Settings::for_finger(&board::FRONT_END, &FINGER)
 }
 
 /// The settings as they are stored. None but for the first caller.
@@ -27,7 +26,7 @@ fn factory() -> Settings {
 pub fn keeper(flash: SettingsFlash) -> Option<&'static mut Keeper> {
     let keeper = cortex_m::singleton!(KEEPER: Keeper = Keeper {
         storage: Storage::new(flash),
-        settings: factory(),
+        values: FACTORY,
         invalid: false,
     })?;
     keeper.load();
@@ -46,7 +45,7 @@ impl Keeper {
                 defmt::info!(
                     "settings: {=usize} bytes stored, tare {} ue",
                     length,
-                    self.settings.finger.tare_ue,
+                    self.tare_ue(),
                 );
             }
             Ok(Stored::Corrupt) | Err(_) => {
@@ -57,7 +56,7 @@ impl Keeper {
     }
 
     fn take(&mut self, bytes: &[u8]) {
-        let decoded = Settings::decode(&factory(), bytes, &board::FRONT_END, &FINGER);
+        let decoded = Values::decode(&FACTORY, bytes, FINGER.max_pressure_kpa);
         if decoded.unknown > 0 {
             defmt::warn!("{=u16} stored settings are unknown here", decoded.unknown);
         }
@@ -68,12 +67,16 @@ impl Keeper {
             );
             self.invalid = true;
         }
-        self.settings = decoded.settings;
+        self.values = decoded.values;
+    }
+
+    fn tare_ue(&self) -> [f32; FINGERS] {
+        TARE.map(|number| self.values.get(number).unwrap_or_default())
     }
 
     async fn save(&mut self) {
         let mut bytes = [0; ENCODED_BYTES];
-        let length = self.settings.encode(&factory(), &mut bytes);
+        let length = self.values.encode(&FACTORY, &mut bytes);
         let bytes = length.and_then(|length| bytes.get(..length));
         match self.storage.save(bytes.unwrap_or_default()).await {
             Ok(()) => defmt::info!("settings stored"),
@@ -96,7 +99,11 @@ pub async fn run(keeper: &'static mut Keeper) -> ! {
         keeper.save().await;
     }
     loop {
-        keeper.settings.finger.tare_ue = TARED.wait().await;
+        let tare_ue = TARED.wait().await;
+        for (number, ue) in TARE.into_iter().zip(tare_ue) {
+            // A tare that is out of range has not succeeded.
+            let _ = keeper.values.set(number, ue);
+        }
         keeper.save().await;
     }
 }

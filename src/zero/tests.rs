@@ -60,7 +60,7 @@ fn flicker(at: u16, ue: f32) -> f32 {
 
 #[test]
 fn a_tare_takes_the_mean_away() {
-    let mut zero = Zero::new();
+    let mut zero = Zero::default();
     let result = tare(&mut zero, |at| {
         ([300.0 + flicker(at, 30.0), -200.0, 0.0], 0.0, true)
     });
@@ -93,7 +93,7 @@ fn a_tare_is_refused_when_anything_makes_it_wrong_at_any_time_of_it() {
         (TareFault::Contact, |_| ([0.0, -700.0, 0.0], 0.0, true)),
     ];
     for (fault, make) in cases {
-        let mut zero = Zero::new();
+        let mut zero = Zero::default();
         rest(&mut zero, calm, 1_000);
         assert_eq!(tare(&mut zero, make), Err(fault));
         assert_eq!(zero.offsets_ue(), calm, "{fault:?}");
@@ -102,7 +102,7 @@ fn a_tare_is_refused_when_anything_makes_it_wrong_at_any_time_of_it() {
 
 #[test]
 fn the_unbalance_of_a_bridge_is_no_contact() {
-    let mut zero = Zero::new();
+    let mut zero = Zero::default();
     let unbalanced = [-1_500.0, 900.0, 0.0];
     rest(&mut zero, unbalanced, 1_000);
     assert_eq!(tare(&mut zero, |_| (unbalanced, 0.0, true)), Ok(()));
@@ -111,7 +111,7 @@ fn the_unbalance_of_a_bridge_is_no_contact() {
 #[test]
 fn slow_drift_at_rest_is_followed_and_under_pressure_it_is_not() {
     for sign in [-1.0, 1.0] {
-        let mut zero = Zero::new();
+        let mut zero = Zero::default();
         for at in 0..40_000 {
             tick(&mut zero, [sign * 0.02 * at as f32; 3], 0.0, true);
         }
@@ -120,7 +120,7 @@ fn slow_drift_at_rest_is_followed_and_under_pressure_it_is_not() {
         }
         assert!(!zero.tare_is_due());
     }
-    let mut zero = Zero::new();
+    let mut zero = Zero::default();
     for at in 0..40_000 {
         tick(&mut zero, [-0.02 * at as f32; 3], 100.0, false);
         tick(&mut zero, [-0.02 * at as f32; 3], 100.0, true);
@@ -130,7 +130,7 @@ fn slow_drift_at_rest_is_followed_and_under_pressure_it_is_not() {
 
 #[test]
 fn tracking_is_bounded_in_rate_and_total_and_then_asks_for_a_tare() {
-    let mut zero = Zero::new();
+    let mut zero = Zero::default();
     rest(&mut zero, [0.0; 3], 1_000);
     rest(&mut zero, [400.0; 3], 1_000);
     for drift in zero.drift() {
@@ -149,7 +149,7 @@ fn tracking_is_bounded_in_rate_and_total_and_then_asks_for_a_tare() {
 
 #[test]
 fn a_finger_that_leans_is_not_followed_and_after_ten_seconds_a_tare_is_due() {
-    let mut zero = Zero::new();
+    let mut zero = Zero::default();
     rest(&mut zero, [0.0; 3], 1_000);
     rest(&mut zero, [-800.0, 0.0, 0.0], 9_000);
     assert_eq!(zero.offsets_ue(), [0.0; 3]);
@@ -163,7 +163,7 @@ fn a_finger_that_leans_is_not_followed_and_after_ten_seconds_a_tare_is_due() {
 #[test]
 fn a_tare_takes_200_ticks_and_its_noise_is_accepted_up_to_400_ue() {
     for (ue, expected) in [(390.0, Ok(())), (410.0, Err(TareFault::Noise))] {
-        let mut zero = Zero::new();
+        let mut zero = Zero::default();
         let mut ticks = 0;
         let result = (0..1_000).find_map(|at| {
             ticks = at + 1;
@@ -184,7 +184,7 @@ fn the_halves_of_a_tare_may_differ_by_30_ue_and_by_four_deviations_of_their_nois
         (300.0, -190.0, Ok(())),
         (300.0, -210.0, Err(TareFault::Drift)),
     ] {
-        let mut zero = Zero::new();
+        let mut zero = Zero::default();
         let result = tare(&mut zero, |at| {
             let late = if at < 100 { 0.0 } else { step_ue };
             ([0.0, flicker(at, noise_ue) + late, 0.0], 0.0, true)
@@ -195,7 +195,7 @@ fn the_halves_of_a_tare_may_differ_by_30_ue_and_by_four_deviations_of_their_nois
 
 #[test]
 fn a_second_tare_starts_from_the_first_and_what_has_been_tracked_since() {
-    let mut zero = Zero::new();
+    let mut zero = Zero::default();
     assert_eq!(tare(&mut zero, |_| ([300.0; 3], 0.0, true)), Ok(()));
     rest(&mut zero, [340.0; 3], 1_300);
     assert!(zero.drift()[0].0 > 20.0);
@@ -207,7 +207,7 @@ fn a_second_tare_starts_from_the_first_and_what_has_been_tracked_since() {
 
 #[test]
 fn a_small_drift_is_followed_by_63_percent_in_a_second() {
-    let mut zero = Zero::new();
+    let mut zero = Zero::default();
     // Settled in the last of 300 ticks.
     rest(&mut zero, [10.0; 3], 299);
     assert_eq!(zero.drift(), [Microstrain(0.0); 3]);
@@ -221,7 +221,7 @@ fn a_small_drift_is_followed_by_63_percent_in_a_second() {
 fn a_finger_counts_as_pressed_500_ue_below_the_mean_of_its_first_rest() {
     for (below_ue, expected) in [(494.0, Ok(())), (506.0, Err(TareFault::Contact))] {
         for sign in [-1.0, 1.0] {
-            let mut zero = Zero::new();
+            let mut zero = Zero::default();
             // 200 ticks after 300, in which the first zero moves by 20 µε; noise of either sign comes last.
             for at in 0..500 {
                 tick(
@@ -243,7 +243,7 @@ fn a_finger_counts_as_pressed_500_ue_below_the_mean_of_its_first_rest() {
 #[test]
 fn a_zero_that_has_drifted_at_rest_is_no_contact_and_what_presses_on_it_is() {
     for (drifted_ue, pressed_ue) in [(-800.0, -1_400.0), (800.0, 200.0)] {
-        let mut zero = Zero::new();
+        let mut zero = Zero::default();
         rest(&mut zero, [0.0; 3], 1_000);
         for at in 0..40_000 {
             tick(&mut zero, [drifted_ue / 40_000.0 * at as f32; 3], 0.0, true);

@@ -182,7 +182,7 @@ fn below(name: &'static str, is: f64, highest: f64) -> Margin {
 
 /// Farthest zero of a bridge, µε, and what few boards exceed.
 fn zero_ue(bridge: Range) -> (f64, f64) {
-    let ue = |code: f64| (code - f64::from(FE.gauge_zero)) * f64::from(FE.gauge_ue_per_code);
+    let ue = |code: f64| (code - f64::from(FE.amplifier.zero)) * f64::from(FE.gauge_ue_per_code[0]);
     let few = ue(bridge.value + bridge.rss).max(-ue(bridge.value - bridge.rss));
     (ue(bridge.high).max(-ue(bridge.low)), few)
 }
@@ -199,7 +199,7 @@ fn margins() -> Vec<Margin> {
     let code = |AdcCode(code): AdcCode| f64::from(code);
     let grounded = checks::pin_at(parts::exactly(0.0), parts::PULL_UP);
     let open = checks::pin_without_source(parts::PULL_UP).low.floor();
-    let full_scale = f64::from(FE.gauge_full_scale.0);
+    let full_scale = f64::from(FE.amplifier.full_scale.0);
     // What a strain of full scale is read too high.
     let gain = full_scale * (parts::GAUGE_FACTOR.high * parts::AMPLIFIER_GAIN.high - 1.0);
     let (two, _) = zero_ue(two_gauges());
@@ -207,12 +207,12 @@ fn margins() -> Vec<Margin> {
     // `TARE_LIMIT_UE` in `src/zero.rs`, 5 kPa above the highest limit of pressure, and 5 % of the rail.
     let (tare, pressure, rail_mv) = (2_000.0, Kilopascals(165.0), 165.0);
     vec![
-        below("short, code", code(FE.gauge_short_below), grounded.high),
+        below("short, code", code(FE.amplifier.short_below), grounded.high),
         Margin {
             name: "open, code",
-            is: code(FE.gauge_open_above),
+            is: code(FE.amplifier.open_above),
             comes_to: open,
-            leaves: open - code(FE.gauge_open_above),
+            leaves: open - code(FE.amplifier.open_above),
         },
         below("full scale, two active gauges, µε", full_scale, two + gain),
         below("full scale, one active gauge, µε", full_scale, one + gain),
@@ -265,7 +265,7 @@ fn the_limits_of_the_controller_refuse_no_good_board_but_where_the_board_page_sa
         );
     }
     // An open wire that is not *open* is beyond full scale.
-    let AdcCode(full_scale) = AdcCode(FE.gauge_code(FE.gauge_full_scale) as u16);
+    let AdcCode(full_scale) = AdcCode(FE.gauge_code(0, FE.amplifier.full_scale) as u16);
     assert!(checks::pin_without_source(parts::PULL_UP).low > f64::from(full_scale));
 }
 
@@ -284,7 +284,7 @@ fn the_finger_at_its_highest_pressure_is_within_full_scale_on_every_board() {
 #[test]
 fn an_amplifier_that_ends_at_50_mv_shows_a_short_as_the_board_page_says() {
     let shown = checks::pin_at(parts::exactly(0.05), parts::PULL_UP);
-    assert!(shown.low > f64::from(FE.gauge_short_below.0));
+    assert!(shown.low > f64::from(FE.amplifier.short_below.0));
     let tens = |code: f64| format!("1 {:03}", code as u32 % 1_000);
     let low = tens((shown.low / 10.0).floor() * 10.0);
     let high = tens((shown.high / 10.0).ceil() * 10.0);

@@ -3,7 +3,7 @@
 
 use crate::mock::{GaugeState, MockBoard, adjusted};
 use softgrip::fault::{Fault, RULES, Rule, SafeOutput};
-use softgrip::frontend::{FrontEnd, RAIL};
+use softgrip::frontend::RAIL;
 use softgrip::grasp::State;
 use softgrip::settings::{OnFault, Settings};
 use softgrip::table::FINGER;
@@ -273,9 +273,8 @@ fn what_the_table_calls_invisible_says_nothing() {
 #[test]
 fn a_program_that_had_to_restart_starts_safe_and_says_so() {
     for fault in [Fault::Internal, Fault::SettingsInvalid] {
-        let front_end = FrontEnd::REFERENCE;
         let active = Settings::default()
-            .validate(&front_end, &FINGER)
+            .validate(&FINGER)
             .expect("good settings");
         let mut board = MockBoard::new(Settings::default());
         board.controller = Controller::starting_with(Some(fault), &FINGER, active);

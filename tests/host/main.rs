@@ -12,6 +12,7 @@ mod regulators;
 mod repeats;
 mod scenarios;
 mod sequences;
+mod settings;
 mod storage;
 mod torture;
 mod zero;

@@ -78,7 +78,7 @@ pub struct MockBoard {
 impl MockBoard {
     pub fn new(settings: Settings) -> Self {
         let active = settings
-            .validate(&FE, &FINGER)
+            .validate(&FINGER)
             .expect("the test's settings are valid");
         Self {
             controller: Controller::new(&FINGER, active),
@@ -246,7 +246,7 @@ impl MockBoard {
             .0;
         let gauges = std::array::from_fn(|i| {
             let strain = free - self.grip[i] * (free - blocked) + self.noise_ue * self.uniform();
-            let code = |ue| AdcCode(FE.gauge_code(Microstrain(ue)) as u16);
+            let code = |ue| AdcCode(FE.gauge_code(0, Microstrain(ue)) as u16);
             match self.gauges[i] {
                 GaugeState::Good => code(strain),
                 GaugeState::Open => AdcCode(65_520),

@@ -100,7 +100,7 @@ proptest! {
         settings in any_settings(),
     ) {
         let front_end = FrontEnd::REFERENCE;
-        let active = settings.validate(&front_end, &FINGER).expect("good settings");
+        let active = settings.validate(&FINGER).expect("good settings");
         let mut controller = Controller::new(&FINGER, active);
         let mut now = 0;
         let mut state = State::Idle;

@@ -2,10 +2,8 @@
 
 use crate::mock::{GaugeState, MockBoard};
 use softgrip::command::{Refusal, TareFault};
-use softgrip::frontend::FrontEnd;
 use softgrip::grasp::State;
 use softgrip::settings::Settings;
-use softgrip::table::FINGER;
 use softgrip::telemetry::Event;
 use softgrip::units::Kilopascals;
 use softgrip::{Answer, Command, Grip};
@@ -29,32 +27,6 @@ fn a_tare_works_at_rest_and_is_refused_under_pressure() {
         board.count(|event| *event == Event::Refused(Refusal::NotIdle)),
         1
     );
-}
-
-#[test]
-fn a_tare_that_was_stored_is_in_use_from_the_first_tick_on() {
-    let mut board = MockBoard::new(Settings::default());
-    board.gauges = [GaugeState::Offset(900.0); 3];
-    board.run(100);
-    board.step(Command::Tare);
-    board.run(300);
-    assert_eq!(board.count(|event| *event == Event::Tared), 1);
-    let mut settings = Settings::default();
-    settings.finger.tare_ue = board.controller.zero_ue();
-    let problems = settings.problems(&FrontEnd::REFERENCE, &FINGER);
-    assert_eq!(problems.count(), 0, "{settings:?}");
-
-    let mut next = MockBoard::new(settings);
-    next.gauges = board.gauges;
-    for ms in 0..1_000 {
-        let snapshot = next.step(Command::Continue).snapshot;
-        for residual in snapshot.residual.into_iter().flatten() {
-            assert!(residual.0.abs() < 100.0, "{ms} ms: {residual:?}");
-        }
-        for drift in snapshot.drift {
-            assert!(drift.0.abs() < 30.0, "{ms} ms: {drift:?}");
-        }
-    }
 }
 
 #[test]

@@ -42,6 +42,8 @@ enum Action {
     Table(commands::table::TableArgs),
     /// Prints the dimensions of one cross-section and its bending under pressure.
     Section(commands::section::SectionArgs),
+    /// Prints and checks the controller's settings.
+    Settings(commands::settings::SettingsArgs),
     /// Fits a geometry recipe to the measured bending of a free finger.
     Fit(commands::fit::FitArgs),
 }
@@ -60,6 +62,7 @@ fn main() -> ExitCode {
         Action::Replay(args) => commands::replay::run(&args),
         Action::Table(args) => commands::table::run(&args),
         Action::Section(args) => commands::section::run(&args),
+        Action::Settings(args) => commands::settings::run(&args),
         Action::Fit(args) => commands::fit::run(&args),
     };
     result.unwrap_or_else(|error| {

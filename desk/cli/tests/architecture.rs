@@ -24,7 +24,9 @@ const INTERNAL: [(&str, &[&str]); 10] = [
     ("softgrip-studies", &["finger", "report", "sim", "softgrip"]),
     (
         "softgrip-cli",
-        &["evaluate", "finger", "report", "sim", "softgrip", "studies"],
+        &[
+            "evaluate", "finger", "report", "settings", "sim", "softgrip", "studies",
+        ],
     ),
     ("softgrip-hil", &["finger", "report", "sim", "softgrip"]),
 ];

@@ -20,6 +20,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
         "spec.toml",
         "kind = 'grid'\n[fixed.arm]\nlift_mm = 20\ncarry_mm = 20\n[vary]\nobject = ['sphere']\n",
     );
+    let settings = put("settings.toml", "version = 1\n");
     let (out, joined) = (path("out"), path("joined"));
     let section = [
         "section",
@@ -43,6 +44,9 @@ fn no_command_complains_of_an_output_that_was_closed() {
         &["table", "--json"],
         &section,
         &["fit", "--measured", &measured, "--out", &out],
+        &["settings", "print"],
+        &["settings", "registers"],
+        &["settings", "check", &settings],
         &["study", "--out", &out],
         &["capability", "--accel", "5", "--out", &out],
         &["gauge", "--runs", "5", "--out", &out],

@@ -309,7 +309,10 @@ impl Case {
         settings: &Settings,
     ) -> anyhow::Result<Controller> {
         let mut settings = *settings;
-        settings.finger.free_bend_gain = self.free_bend_gain.map(|gain| gain as f32);
+        let gains = settings.finger.free_bend_gain.iter_mut();
+        for (gain, known) in gains.zip(self.free_bend_gain) {
+            *gain = (f64::from(*gain) * known) as f32;
+        }
         run::controller(table, &settings)
     }
 }

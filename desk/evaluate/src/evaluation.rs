@@ -35,11 +35,12 @@ pub fn steps(options: &Options, shard: Shard) -> u64 {
 /// The highest pressure of the cases, kPa.
 const HIGHEST_KPA: f32 = 160.0;
 
-/// Refuses fingers that cannot grip as hard as the cases ask for, or of which nobody knows what they lift.
+/// Refuses fingers that cannot grip as hard as the cases ask for, or of which nobody knows what they lift, and settings
+/// that the cases do not respect.
 ///
 /// # Errors
 /// If the table gives no lift up to the highest pressure of the cases; the message names the pressure
-/// up to which it does.
+/// up to which it does. If a setting allows less, or asks for a robot that speaks.
 pub fn check(base: &Setup) -> anyhow::Result<()> {
     for kind in [ObjectKind::Sphere, ObjectKind::Cylinder] {
         let known = table::lift_known_to(base.table(), kind).map_or(0.0, |kpa| kpa.0);
@@ -49,6 +50,16 @@ pub fn check(base: &Setup) -> anyhow::Result<()> {
             base.table().recipe
         );
     }
+    let settings = base.settings();
+    let most = settings.regulator.max_pressure_kpa;
+    ensure!(
+        most >= HIGHEST_KPA,
+        "evaluate grips at 100 to {HIGHEST_KPA} kPa: the setting regulator.max_pressure_kpa is {most}"
+    );
+    ensure!(
+        settings.grip.host_timeout_ms == 0.0,
+        "the robot of evaluate says nothing while it moves: the setting grip.host_timeout_ms must be 0"
+    );
     Ok(())
 }
 

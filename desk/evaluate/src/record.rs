@@ -230,11 +230,10 @@ impl<'a> Measure<'a> {
     /// The noise of a case is the same sequence at every level, scaled.
     pub fn new(case: &'a Case, noise_ue: f64) -> Self {
         let rng = generator(case.seed, 0, 0);
-        let monitor_noise_kpa = case.setup.gripper.regulator.monitor_noise_kpa;
         Self {
             case,
             noise_ue: noise_ue as f32,
-            sensors: SensorModel::new(rng, monitor_noise_kpa),
+            sensors: SensorModel::new(rng, &case.setup.gripper),
         }
     }
 

@@ -52,7 +52,7 @@ impl<R: Rng> Surrogate<R> {
         rng: R,
     ) -> Self {
         Self {
-            sensors: SensorModel::new(rng, gripper.regulator.monitor_noise_kpa),
+            sensors: SensorModel::new(rng, gripper),
             table,
             valve: Valve::default(),
             pressure: Lag::new(1e-3 * gripper.regulator.lag_ms),
@@ -82,9 +82,10 @@ impl<R: Rng> Surrogate<R> {
     /// m/s², and the regulator's ripple, kPa.
     pub fn step(&mut self, dac: DacCode, acceleration_m_s2: [f64; 3], ripple_kpa: f64) -> RawFrame {
         let regulator = &self.gripper.regulator;
-        let valve_kpa = self
-            .valve
-            .step(regulator, Valve::wanted_kpa(regulator, dac));
+        let valve_kpa = self.valve.step(
+            regulator,
+            Valve::wanted_kpa(self.sensors.front_end(), regulator, dac),
+        );
         let pressure_kpa = (self.pressure.step(valve_kpa) + ripple_kpa).max(0.0);
         let inflated_kpa = self.silicone.step(pressure_kpa);
         let free_at =

@@ -17,8 +17,8 @@ pub struct Valve {
 
 impl Valve {
     /// Steady output pressure for a command, kPa, with the regulator's gain and offset errors.
-    pub fn wanted_kpa(regulator: &RegulatorParameters, dac: DacCode) -> f64 {
-        let commanded = f64::from(FrontEnd::REFERENCE.commanded(dac).0);
+    pub fn wanted_kpa(front_end: &FrontEnd, regulator: &RegulatorParameters, dac: DacCode) -> f64 {
+        let commanded = f64::from(front_end.commanded(dac).0);
         if commanded > 1.0 {
             (regulator.gain * commanded + regulator.offset_kpa).max(0.0)
         } else {

@@ -1,6 +1,8 @@
 //! Parameters of the simulated gripper, from `gripper.toml`.
 
 use serde::Deserialize;
+use softgrip::FINGERS;
+use softgrip::frontend::{self, FrontEnd};
 
 use crate::arm::ArmTask;
 
@@ -14,6 +16,9 @@ pub struct Gripper {
     pub arm: ArmParameters,
     pub regulator: RegulatorParameters,
     pub gauge: GaugeParameters,
+    /// Amplifiers, dividers and scales, which the controller's settings state.
+    #[serde(skip)]
+    pub front_end: frontend::Settings,
 }
 
 /// Position, silicone and friction of the fingers (`[hand]`).
@@ -82,6 +87,11 @@ impl Gripper {
     /// The gripper of `gripper.toml`.
     pub fn reference() -> Self {
         toml::from_str(include_str!("../gripper.toml")).expect("a test reads this file")
+    }
+
+    /// The electronics. What the controller corrects of each gauge is no part of them.
+    pub fn front_end(&self) -> FrontEnd {
+        FrontEnd::of(&self.front_end, [1.0; FINGERS])
     }
 
     /// The arm's cycle at an acceleration.

@@ -163,7 +163,7 @@ impl Plant {
             world: World::new(&config, profile.at(0.0).position_m),
             profile,
             hand: hand.clone(),
-            front_end: FrontEnd::REFERENCE,
+            front_end: gripper.front_end(),
             noise_ue: scenario.noise_ue,
             rng: ChaCha8Rng::seed_from_u64(scenario.seed),
             ticks: 0,
@@ -210,7 +210,11 @@ impl Plant {
         let monitor_noise = self.gripper.regulator.monitor_noise_kpa;
         let pins = Pins {
             gauges: self.shown(truth.strain_ue).map(|strain| {
-                self.share(noise_ue, |ue| front_end.gauge_code(Microstrain(ue)), strain)
+                self.share(
+                    noise_ue,
+                    |ue| front_end.gauge_code(0, Microstrain(ue)),
+                    strain,
+                )
             }),
             monitor: self.share(
                 monitor_noise,
@@ -341,7 +345,7 @@ impl Plant {
         let wanted = if self.broken(FaultKind::OverPressure) {
             f64::from(self.front_end.regulator_full_scale.0)
         } else {
-            Valve::wanted_kpa(regulator, dac)
+            Valve::wanted_kpa(&self.front_end, regulator, dac)
         };
         if !self.broken(FaultKind::RegulatorStuck) {
             self.valve.step(&self.gripper.regulator, wanted);
@@ -419,7 +423,7 @@ impl Plant {
             noise_ue *= NOISY;
         }
         if fault(FaultKind::GaugeSaturated).is_some() {
-            strain_ue = 2.0 * f64::from(front_end.gauge_full_scale.0);
+            strain_ue = 2.0 * f64::from(front_end.amplifier.full_scale.0);
         }
         let wire = [
             FaultKind::GaugeShort,
@@ -427,7 +431,7 @@ impl Plant {
             FaultKind::GaugeStuck,
         ]
         .map(|kind| fault(kind).is_some());
-        let to_code = |ue| front_end.gauge_code(Microstrain(ue));
+        let to_code = |ue| front_end.gauge_code(finger, Microstrain(ue));
         let code = self.convert(noise_ue, to_code, strain_ue);
         match wire {
             [true, ..] => AdcCode(0),

@@ -8,12 +8,12 @@ use crate::events::TimedEvent;
 use crate::trace::resample::resample;
 use crate::trace::{Row, Trace};
 
-/// Feeds a trace to the controller and returns what it reported.
+/// Feeds a trace to the controller, through the electronics that it has been told of, and returns what it reported.
 ///
 /// A set-point that rises from zero, or changes, is a grip; one that falls to zero a release. Whoever
 /// recorded the next grip had seen the loss before, so a latched loss is acknowledged then; a set-point that
 /// was seen to fall on a ramp is no such grip.
-pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
+pub fn replay(trace: &Trace, front_end: &FrontEnd, mut controller: Controller) -> Vec<TimedEvent> {
     let mut events = Vec::new();
     let mut asked = 0.0;
     let mut latched = false;
@@ -21,7 +21,7 @@ pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
         // Clock of the controller: starts at one tick, as on the target.
         let now = Instant::from_micros((tick as u64 + 1) * TICK_US);
         let mut step = |command| {
-            let outputs = controller.step(now, &frame(&row), command);
+            let outputs = controller.step(now, &frame(&row, front_end), command);
             let t_s = row.t_s;
             events.extend(
                 outputs
@@ -32,11 +32,12 @@ pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
             outputs.indicators.lost
         };
         let falls = !trace.stepped && row.setpoint_kpa < asked;
+        // Whoever recorded it was there all the time.
         let command = if row.setpoint_kpa == asked {
-            Command::Continue
+            Command::Alive
         } else if row.setpoint_kpa > 0.0 {
             match (latched, falls) {
-                (true, true) => Command::Continue,
+                (true, true) => Command::Alive,
                 (true, false) => {
                     // Takes this tick; the grip follows in the next.
                     latched = step(Command::Acknowledge);
@@ -54,12 +55,11 @@ pub fn replay(trace: &Trace, mut controller: Controller) -> Vec<TimedEvent> {
 }
 
 /// Converter codes for a row. Casts to codes saturate.
-fn frame(row: &Row) -> RawFrame {
-    let front_end = FrontEnd::REFERENCE;
+fn frame(row: &Row, front_end: &FrontEnd) -> RawFrame {
     let code = |code: f32| AdcCode(code.round() as u16);
     RawFrame {
         gauges: row.strain_ue.map(|ue| match ue.is_finite() {
-            true => code(front_end.gauge_code(Microstrain(ue as f32))),
+            true => code(front_end.gauge_code(0, Microstrain(ue as f32))),
             false => AdcCode(u16::MAX),
         }),
         monitor: code(front_end.monitor_code(Kilopascals(row.pressure_kpa as f32))),

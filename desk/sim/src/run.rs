@@ -136,7 +136,7 @@ pub fn table_of(recipe: &Recipe) -> anyhow::Result<&'static FingerTable> {
 /// If the settings are not valid for the finger; the message names the setting.
 pub fn controller(table: &'static FingerTable, settings: &Settings) -> anyhow::Result<Controller> {
     let active = settings
-        .validate(&softgrip::frontend::FrontEnd::REFERENCE, table)
+        .validate(table)
         .map_err(|error| anyhow::anyhow!("settings: {error}"))?;
     Ok(Controller::new(table, active))
 }
@@ -182,11 +182,11 @@ pub fn run(
             t_s: truth.t_s,
             event,
         }));
-        let front_end = softgrip::frontend::FrontEnd::REFERENCE;
+        let strains = gripper.front_end().strains(&frame.gauges);
         samples.push(Sample {
             truth,
             seen: outputs.snapshot,
-            strain_ue: frame.gauges.map(|code| front_end.strain(code).0),
+            strain_ue: strains.map(|strain| strain.0),
             asked_kpa: if gripping { scenario.pressure_kpa } else { 0.0 },
         });
         if tick % POSE_TICKS == 0 {

@@ -5,7 +5,6 @@ use finger::chain::Chain;
 use finger::grasp::{Grasp, Gripped};
 use finger::object::Object;
 use finger::recipe::Recipe;
-use softgrip::frontend::FrontEnd;
 use softgrip::settings::Settings;
 use softgrip::table::FingerTable;
 
@@ -36,6 +35,9 @@ pub struct Setup {
     /// Injected faults.
     pub faults: Vec<Injected>,
     table: &'static FingerTable,
+    settings: Settings,
+    /// What a settings file states, by number.
+    stated: Vec<(u16, f32)>,
 }
 
 /// A value of a parameter.
@@ -137,7 +139,7 @@ impl Setup {
             )
         })?;
         let table = run::table_of(recipe)?;
-        let settings = Settings::for_finger(&FrontEnd::REFERENCE, table);
+        let settings = Settings::for_finger(table);
         Ok(Self {
             scenario: Scenario {
                 pressure_kpa: settings.grip.grip_pressure_kpa.into(),
@@ -150,6 +152,8 @@ impl Setup {
             stiffness_factor: 1.0,
             faults: Vec::new(),
             table,
+            settings,
+            stated: Vec::new(),
         })
     }
 
@@ -158,9 +162,26 @@ impl Setup {
         self.table
     }
 
-    /// The default settings of the fingers' controller.
+    /// The settings of the fingers' controller: their defaults, and what is stated beyond those.
     pub fn settings(&self) -> Settings {
-        Settings::for_finger(&FrontEnd::REFERENCE, self.table)
+        self.settings
+    }
+
+    /// Takes what a settings file states. Grips are at its pressure from now on.
+    ///
+    /// # Errors
+    /// If a setting is out of its range.
+    pub fn state(&mut self, stated: Vec<(u16, f32)>) -> anyhow::Result<()> {
+        self.settings = self.stated_in(&stated, self.settings)?;
+        self.gripper.front_end = self.settings.front_end;
+        self.scenario.pressure_kpa = self.settings.grip.grip_pressure_kpa.into();
+        self.stated = stated;
+        Ok(())
+    }
+
+    fn stated_in(&self, stated: &[(u16, f32)], settings: Settings) -> anyhow::Result<Settings> {
+        let settings = settings.with(stated, self.table);
+        settings.map_err(|error| anyhow::anyhow!("settings: {error}"))
     }
 
     /// The fingers.
@@ -236,6 +257,11 @@ impl Setup {
             asked <= most,
             "pressure {asked} kPa: must be at most {most}, where the recipe ends"
         );
+        let most = f64::from(self.settings.regulator.max_pressure_kpa);
+        ensure!(
+            asked <= most,
+            "pressure {asked} kPa: must be at most {most}, the setting regulator.max_pressure_kpa"
+        );
         let motion = self.gripper.arm_task(self.scenario.accel_m_s2);
         let end_s = Profile::new(&motion).duration_s();
         for fault in &self.faults {
@@ -253,10 +279,12 @@ impl Setup {
     /// If [`Self::check`] refuses the setup.
     pub fn run(&self, progress: impl FnMut(f64)) -> anyhow::Result<Run> {
         self.check()?;
-        let mut settings = self.settings();
-        settings.finger.free_bend_gain = [(1.0 / self.stiffness_factor) as f32; 3];
+        let mut settings = self.settings;
         // The simulated robot speaks in every tick.
         settings.grip.host_timeout_ms = 1_000.0;
+        settings = self.stated_in(&self.stated, settings)?;
+        let gains = &mut settings.finger.free_bend_gain;
+        *gains = gains.map(|gain| (f64::from(gain) / self.stiffness_factor) as f32);
         let controller = run::controller(self.table, &settings)?;
         Ok(run::run(
             &self.scenario,

@@ -113,19 +113,24 @@ fn a_fault_of_one_gauge_is_one_gauges_alone() {
             }
         }
         let codes: Vec<_> = broken.iter().map(|(frame, _)| frame.gauges[1]).collect();
-        let strain = |ms: usize| f64::from(FRONT_END.strain(codes[ms]).0);
-        let of_sound = |ms: usize| f64::from(FRONT_END.strain(sound[ms].0.gauges[1]).0);
+        let strain = |ms: usize| f64::from(FRONT_END.strains(&[codes[ms]; 3])[0].0);
+        let of_sound = |ms: usize| f64::from(FRONT_END.strains(&sound[ms].0.gauges)[1].0);
         match kind {
             "open" => {
                 assert!(codes.is_sorted(), "the pull-up charges the input");
-                assert!(codes[599] > FRONT_END.gauge_open_above);
+                assert!(codes[599] > FRONT_END.amplifier.open_above);
             }
-            "short" => assert!(codes.iter().all(|&code| code < FRONT_END.gauge_short_below)),
-            "stuck" => assert!(codes.iter().all(|&code| code == codes[0])),
-            "saturated" => assert!(
-                (0..600)
-                    .all(|ms| { strain(ms) > 20_000.0 && codes[ms] < FRONT_END.gauge_open_above })
+            "short" => assert!(
+                codes
+                    .iter()
+                    .all(|&code| code < FRONT_END.amplifier.short_below)
             ),
+            "stuck" => assert!(codes.iter().all(|&code| code == codes[0])),
+            "saturated" => {
+                assert!((0..600).all(|ms| {
+                    strain(ms) > 20_000.0 && codes[ms] < FRONT_END.amplifier.open_above
+                }))
+            }
             "noisy" => {
                 // The sound gauge has 20 µε of its own and the same mean.
                 let squares = (0..600).map(|ms| (strain(ms) - of_sound(ms)).powi(2));

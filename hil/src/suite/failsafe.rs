@@ -4,7 +4,6 @@ use anyhow::Context as _;
 use rigless::device::ResetCause;
 use rigless::time::VirtualNanos;
 use sim::plant::Pins;
-use softgrip::frontend::FrontEnd;
 use softgrip::inputs::Levels;
 use softgrip::telemetry::Indicators;
 use softgrip::units::{DacCode, Kilopascals};
@@ -12,7 +11,7 @@ use softgrip::units::{DacCode, Kilopascals};
 use super::incident::{since_ms, vented_and_back, while_holding};
 use super::test::{Context, Outcome, Test};
 use crate::bench::{self, MS, Record, Setup};
-use crate::closed_loop::{REST, pins_at_rest};
+use crate::closed_loop::{REST, front_end, pins_at_rest};
 use crate::inject::{self, Derailment, Task, Wrong};
 use crate::rtt::Host;
 
@@ -438,7 +437,7 @@ fn rail_off(context: &Context<'_>, rail: f64, fault: Option<&str>) -> anyhow::Re
     let setup = Setup::new(context.image, Host::Reading);
     let (from_ms, until_ms) = (1_500, 2_000);
     let ((), record) = bench::run(&setup, (), move |(), moment| {
-        let monitor = FrontEnd::REFERENCE.monitor_code(Kilopascals(SHOWN_KPA));
+        let monitor = front_end().monitor_code(Kilopascals(SHOWN_KPA));
         let pins = Pins {
             monitor: f64::from(monitor) / 65_536.0,
             ..pins_at_rest()

@@ -1,11 +1,9 @@
 //! Grasps: the image's verdicts against what really happened, and against the host's controller.
 
-use sim::gripper::Gripper;
 use sim::hand::Hand;
 use sim::run::{self, Outcome as Physics, Run};
 use sim::scenario::{ObjectKind, Scenario};
-use softgrip::frontend::FrontEnd;
-use softgrip::settings::Settings;
+use softgrip::settings::{FACTORY, Settings};
 use softgrip::table::FINGER;
 
 use super::test::{Context, Outcome, Test};
@@ -130,12 +128,12 @@ fn same_as_host(closed: &Closed, outcome: &mut Outcome) {
 }
 
 fn on_host(scenario: &Scenario) -> anyhow::Result<Run> {
-    let settings = Settings::for_finger(&FrontEnd::REFERENCE, &FINGER);
+    let settings = Settings::of(&FACTORY);
     let controller = run::controller(&FINGER, &settings)?;
     let (chain, grasp) = closed_loop::fingers()?;
     Ok(run::run(
         scenario,
-        &Gripper::reference(),
+        &closed_loop::gripper(),
         &Hand::alike(chain),
         grasp,
         controller,

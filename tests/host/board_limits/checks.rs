@@ -226,7 +226,7 @@ fn noise() -> Check {
             // Seven scans, at worst. They hardly average out hum.
             let one = (16.0 * converter).hypot(amplifier) / 7f64.sqrt();
             let codes = one.hypot(hum * 65_536.0 / 3.3);
-            estimate * codes * f64::from(FE.gauge_ue_per_code)
+            estimate * codes * f64::from(FE.gauge_ue_per_code[0])
         })
     };
     Check {

@@ -10,16 +10,15 @@ use crate::torture::sequence::{Action, Failure, panic_message};
 use fastrand::Rng;
 use softgrip::command::{Motion, Payload};
 use softgrip::fault::{Fault, RULES};
-use softgrip::frontend::FrontEnd;
 use softgrip::grasp::State;
-use softgrip::settings::Settings;
+use softgrip::settings::{Settings, Values};
 use softgrip::table::{FINGER, ObjectKind};
 use softgrip::telemetry::Event;
 use softgrip::units::{
     AdcCode, Degrees, Kilograms, Kilopascals, MetresPerSecondSquared, Millivolts,
 };
 use softgrip::{Command, Controller, Grip, Outputs, RawFrame};
-use softgrip_settings::{FIELDS, Field, Kind, LIMITS};
+use softgrip_settings::{FIELDS, Field, Kind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Lives that share a season.
@@ -27,12 +26,10 @@ const LIVES_PER_SEASON: u64 = 64;
 
 /// Valid settings over their whole ranges, their ends most of all.
 pub fn any_settings(rng: &mut Rng) -> Settings {
-    let mut settings = Settings::default();
+    let mut values = Values::DEFAULT;
     for field in &FIELDS {
-        let (min, max) = range(field, &settings);
-        let value = settings
-            .get(field.number)
-            .expect("every field is a setting");
+        let (min, max) = range(field, &values);
+        let value = values.get(field.number).expect("every field has a value");
         let value = match (field.kind, rng.u8(..8)) {
             (Kind::Choice(words), _) => rng.usize(..words.len()) as f32,
             (_, 0) => min,
@@ -42,35 +39,45 @@ pub fn any_settings(rng: &mut Rng) -> Settings {
             (_, 4) => (min + (max - min) * rng.f32().powi(6)).min(max),
             _ => value.clamp(min, max),
         };
-        settings
+        values
             .set(field.number, value)
             .expect("a value in its range");
     }
+    let mut settings = Settings::of(&values);
+    // A smaller regulator would limit the pressures.
+    let full_scale_kpa = &mut settings.front_end.regulator_full_scale_kpa;
+    *full_scale_kpa = full_scale_kpa.max(FINGER.max_pressure_kpa);
     settings
 }
 
-/// Settings, and a wrong value for one of them: its number and the value.
-pub fn wrong_settings(rng: &mut Rng) -> (Settings, u16, f32) {
-    let settings = any_settings(rng);
-    let field = &FIELDS[rng.usize(..FIELDS.len())];
-    let (min, max) = range(field, &settings);
-    let value = match rng.u8(..6) {
-        0 => min.next_down(),
-        1 => max.next_up(),
-        2 => f32::NAN,
-        3 => f32::INFINITY,
-        4 => f32::NEG_INFINITY,
+/// Settings with one wrong value, and its number.
+pub fn wrong_settings(rng: &mut Rng) -> (Settings, u16) {
+    let values = any_settings(rng).values();
+    let wrong = rng.usize(..FIELDS.len());
+    let (min, max) = range(&FIELDS[wrong], &values);
+    let mut all = *values.all();
+    all[wrong] = match (FIELDS[wrong].kind, rng.u8(..6)) {
+        // A typed choice is never wrong.
+        (Kind::Choice(_), _) => return wrong_settings(rng),
+        (_, 0) => min.next_down(),
+        (_, 1) => max.next_up(),
+        (_, 2) => f32::NAN,
+        (_, 3) => f32::INFINITY,
+        (_, 4) => f32::NEG_INFINITY,
         _ => min - 1.0 - 1e6 * rng.f32(),
     };
-    (settings, field.number, value)
+    (Settings::of(&Values::from_all(all)), FIELDS[wrong].number)
 }
 
 /// What a setting may be with the default finger and the settings before it.
-fn range(field: &Field, settings: &Settings) -> (f32, f32) {
-    let limit = LIMITS.iter().find(|limit| limit.number == field.number);
-    let limit = limit.expect("every field has a limit");
-    let limit = limit.at(FINGER.max_pressure_kpa, settings.regulator.max_pressure_kpa);
-    (limit.min, limit.max)
+fn range(field: &Field, values: &Values) -> (f32, f32) {
+    let limit = field.limit();
+    let most = match field.number {
+        100 | 408 => FINGER.max_pressure_kpa,
+        400 => values.get(100).expect("the highest pressure"),
+        _ => limit.max,
+    };
+    (limit.min, most)
 }
 
 /// How often each state was seen and each fault told.
@@ -203,7 +210,7 @@ impl Hostile {
             _ => None,
         };
         let active = settings
-            .validate(&FrontEnd::REFERENCE, &FINGER)
+            .validate(&FINGER)
             .expect("generated settings are valid");
         board.controller = Controller::starting_with(fault, &FINGER, active);
         board.grip = std::array::from_fn(|_| rng.f32());

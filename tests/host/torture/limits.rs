@@ -11,25 +11,23 @@ use softgrip::settings::Settings;
 use softgrip::telemetry::Event;
 use softgrip::{Command, Outputs};
 
-/// Half a code of rounding, kPa.
-const ROUNDING_KPA: f32 = 0.03;
-/// The regulation's proportional gain times the deviation that it answers.
-const PROPORTIONAL_KPA: f32 = 0.1 * 8.0;
-/// The trim's limit, and what it may change in a tick: 4/s of 8 kPa.
+/// Half a code of rounding, and some of arithmetic.
+const ROUNDING_CODES: f32 = 0.5 + 0.05;
+/// The regulation's proportional gain.
+const PROPORTIONAL: f32 = 0.1;
+/// The trim's limit, and what of a deviation it may change in a tick: 4/s.
 const TRIM_KPA: f32 = 10.0;
-const TRIM_STEP_KPA: f32 = 4.0 * 8.0 * 1e-3;
-/// What the command may be above the pressure without having risen there by its slew: the pressure is the
-/// expected one to within 8 kPa before a deviation counts, and the trim comes on top.
-const ABOVE_KPA: f32 = 8.0 + TRIM_KPA + PROPORTIONAL_KPA;
-/// What the command may rise in a tick beyond the slew: the proportional part from end to end, the trim's
-/// step, and a code.
-const STEP_KPA: f32 = 2.0 * PROPORTIONAL_KPA + TRIM_STEP_KPA + 2.0 * ROUNDING_KPA;
+const TRIM_STEP: f32 = 4.0 * 1e-3;
 /// A tare averages 200 ticks.
 const TARE_TICKS: u32 = 205;
 
 /// What the ticks so far oblige the next one to.
 #[derive(Debug, Clone)]
 pub struct Limits {
+    front_end: FrontEnd,
+    rounding_kpa: f32,
+    /// Up to this deviation the pressure follows, and is corrected.
+    following_kpa: f32,
     max_kpa: f32,
     slew_kpa: f32,
     dac_kpa: f32,
@@ -45,7 +43,11 @@ pub struct Limits {
 
 impl Limits {
     pub fn new(settings: &Settings, fault: Option<Fault>) -> Self {
+        let front_end = FrontEnd::of(&settings.front_end, settings.gauge.gain);
         Self {
+            front_end,
+            rounding_kpa: ROUNDING_CODES / front_end.command_codes_per_kpa,
+            following_kpa: settings.air.following_kpa,
             max_kpa: settings.regulator.max_pressure_kpa,
             slew_kpa: settings.regulator.slew_kpa_per_s * 1e-3,
             dac_kpa: 0.0,
@@ -82,9 +84,15 @@ impl Limits {
     }
 
     fn check_output(&mut self, outputs: &Outputs, pressure_kpa: Option<f32>) -> Result<(), Breach> {
-        let dac_kpa = FrontEnd::REFERENCE.commanded(outputs.dac).0;
+        let dac_kpa = self.front_end.commanded(outputs.dac).0;
+        let (rounding_kpa, following_kpa) = (self.rounding_kpa, self.following_kpa);
+        // What the command may be above the pressure without having risen there by its slew: the pressure is the
+        // expected one to within this before a deviation counts, and the correction comes on top.
+        let above_kpa = (1.0 + PROPORTIONAL) * following_kpa + TRIM_KPA;
+        // What it may rise in a tick beyond the slew: the proportional part from end to end, and the trim's step.
+        let step_kpa = (2.0 * PROPORTIONAL + TRIM_STEP) * following_kpa;
         must(
-            (0.0..=self.max_kpa + ROUNDING_KPA).contains(&dac_kpa),
+            (0.0..=self.max_kpa + rounding_kpa).contains(&dac_kpa),
             "the command is within the limit",
             || (dac_kpa, self.max_kpa),
         )?;
@@ -92,8 +100,9 @@ impl Limits {
             self.measured_kpa = measured.0;
         }
         let pressure = pressure_kpa.unwrap_or(0.0).max(self.measured_kpa);
-        let allowed =
-            (self.dac_kpa + STEP_KPA).max(pressure + ABOVE_KPA) + self.slew_kpa + ROUNDING_KPA;
+        let allowed = (self.dac_kpa + step_kpa).max(pressure + above_kpa)
+            + self.slew_kpa
+            + 3.0 * rounding_kpa;
         must(
             dac_kpa <= allowed,
             "the command rises no faster than its slew",

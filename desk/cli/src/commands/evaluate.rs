@@ -23,7 +23,8 @@ use sim::setup::Setup;
 
 use super::output::{out, outln};
 use super::{
-    BUILD, Castings, Merge, Output, in_parallel, incomplete, load_recipe, progress_bar, within,
+    BUILD, Castings, Controls, Merge, Output, in_parallel, incomplete, load_recipe, progress_bar,
+    within,
 };
 
 #[derive(Args)]
@@ -68,6 +69,8 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
     #[command(flatten)]
+    controls: Controls,
+    #[command(flatten)]
     castings: Castings,
     #[command(flatten)]
     output: Output,
@@ -99,7 +102,8 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     }
     let out = args.output.directory()?;
     let recipe = load_recipe(args.recipe.as_deref())?;
-    let base = Setup::with_castings(&recipe, args.castings.finger_seed)?;
+    let mut base = Setup::with_castings(&recipe, args.castings.finger_seed)?;
+    args.controls.apply(&mut base)?;
     evaluation::check(&base)?;
     let options = Options {
         seed: args.seed,

@@ -11,7 +11,7 @@ use studies::gauge::record::{HELD_ACCELS_M_S2, Wanted};
 use studies::gauge::{self, chart};
 
 use super::output::{out, outln};
-use super::{Output, in_parallel, load_recipe, progress_bar, within};
+use super::{Controls, Output, in_parallel, load_recipe, progress_bar, within};
 
 #[derive(Args)]
 pub struct GaugeArgs {
@@ -32,6 +32,8 @@ pub struct GaugeArgs {
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
     #[command(flatten)]
+    controls: Controls,
+    #[command(flatten)]
     output: Output,
     /// Threads [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -40,7 +42,8 @@ pub struct GaugeArgs {
 
 pub fn run(args: &GaugeArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
-    let setup = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    let mut setup = Setup::of(&load_recipe(args.recipe.as_deref())?)?;
+    args.controls.apply(&mut setup)?;
     let floor = Floor {
         noise_ue: args.noise,
         drift: 1e-2 * args.drift,

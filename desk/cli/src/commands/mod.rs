@@ -7,6 +7,7 @@ pub mod gauge;
 pub mod output;
 pub mod replay;
 pub mod section;
+pub mod settings;
 pub mod sim;
 pub mod study;
 pub mod sweep;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use ::sim::scenario::ObjectKind;
+use ::sim::setup::Setup;
 use anyhow::Context;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -24,6 +26,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use report::files;
 use report::parts::Parts;
 use report::provenance::Build;
+use softgrip::table::FingerTable;
 
 /// The options `--out` and `--json` that commands share.
 #[derive(Args, Default)]
@@ -56,6 +59,30 @@ struct Castings {
     /// controller keeps the recipe's table. 0: all are the recipe's.
     #[arg(long, value_name = "N", default_value = "0")]
     finger_seed: u64,
+}
+
+/// The option `--settings` of commands that run the controller.
+#[derive(Args, Default)]
+struct Controls {
+    /// The controller's settings (TOML, as `softgrip settings print` writes it); what it does not state is the
+    /// fingers' default.
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+}
+
+impl Controls {
+    /// What the file states, by number; nothing without a file.
+    fn stated(&self, table: &FingerTable) -> anyhow::Result<Vec<(u16, f32)>> {
+        match &self.settings {
+            Some(path) => Ok(::settings::file::read(path, table.max_pressure_kpa)?),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Tells a setup what the file states.
+    fn apply(&self, setup: &mut Setup) -> anyhow::Result<()> {
+        setup.state(self.stated(setup.table())?)
+    }
 }
 
 /// This program, in the results that it writes.

@@ -6,12 +6,14 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use report::json;
+use sim::trace::Trace;
 use sim::{replay, run, trace};
-use softgrip::frontend::FrontEnd;
+use softgrip::frontend::{FrontEnd, GaugeSettings};
 use softgrip::settings::{GaugeSense, Settings};
+use softgrip::table::FingerTable;
 
 use super::output::outln;
-use super::{load_recipe, output};
+use super::{Controls, load_recipe, output};
 
 #[derive(Args)]
 pub struct ReplayArgs {
@@ -26,9 +28,11 @@ pub struct ReplayArgs {
     /// The finger that it was recorded with.
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// What the gauges measure.
-    #[arg(long, value_enum, default_value = "bend")]
-    gauge: GaugeKind,
+    #[command(flatten)]
+    controls: Controls,
+    /// What the gauges measure [default: the setting finger.gauge_sense, or bend].
+    #[arg(long, value_enum)]
+    gauge: Option<GaugeKind>,
     /// Print one JSON object per event.
     #[arg(long)]
     json: bool,
@@ -50,19 +54,11 @@ const SLOW_FOLLOWING_MS: f32 = 400.0;
 pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let trace = trace::read(&args.trace)?;
     let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
-    let gauge_sense = match args.gauge {
-        GaugeKind::Bend => GaugeSense::Bend,
-        GaugeKind::Contact => GaugeSense::Contact,
-    };
+    let mut settings = settings(args, &trace, table)?;
     let file = args.trace.display();
-    let odd = trace::check(&trace, table, gauge_sense).with_context(|| format!("{file}"))?;
+    let odd = trace::check(&trace, table, &settings).with_context(|| format!("{file}"))?;
     for note in trace.notes.iter().chain(&odd) {
         output::note(format_args!("{file}: {note}"));
-    }
-    let mut settings = Settings::for_finger(&FrontEnd::REFERENCE, table);
-    settings.finger.gauge_sense = gauge_sense;
-    if let Some(slew) = trace.slew_kpa_per_s {
-        settings.regulator.slew_kpa_per_s = slew as f32;
     }
     // The command came at any time since the row before, and the pressure leads the model by as much.
     if trace.interval_s > SLOW_S {
@@ -71,7 +67,8 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
             settings.regulator.slew_kpa_per_s * trace.interval_s as f32;
     }
     let controller = run::controller(table, &settings)?;
-    for event in replay::replay(&trace, controller) {
+    let front_end = FrontEnd::of(&settings.front_end, settings.gauge.gain);
+    for event in replay::replay(&trace, &front_end, controller) {
         if args.json {
             outln!("{}", json::event(&event));
         } else {
@@ -79,4 +76,28 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The settings of the file, and what the trace and the options tell beyond it.
+fn settings(
+    args: &ReplayArgs,
+    trace: &Trace,
+    table: &'static FingerTable,
+) -> anyhow::Result<Settings> {
+    let mut settings = Settings::for_finger(table);
+    if let Some(slew) = trace.slew_kpa_per_s {
+        settings.regulator.slew_kpa_per_s = slew as f32;
+    }
+    let stated = args.controls.stated(table)?;
+    let mut settings = settings
+        .with(&stated, table)
+        .map_err(|error| anyhow::anyhow!("settings: {error}"))?;
+    // The trace has strains, to which nothing is to be added.
+    settings.gauge = GaugeSettings::default();
+    match args.gauge {
+        Some(GaugeKind::Bend) => settings.finger.gauge_sense = GaugeSense::Bend,
+        Some(GaugeKind::Contact) => settings.finger.gauge_sense = GaugeSense::Contact,
+        None => {}
+    }
+    Ok(settings)
 }

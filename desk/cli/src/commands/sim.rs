@@ -14,7 +14,7 @@ use sim::trace;
 
 use super::output;
 use super::output::outln;
-use super::{Castings, Output, load_recipe, object, within};
+use super::{Castings, Controls, Output, load_recipe, object, within};
 
 #[derive(Args, Default)]
 pub struct SimArgs {
@@ -43,6 +43,8 @@ pub struct SimArgs {
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
     #[command(flatten)]
+    controls: Controls,
+    #[command(flatten)]
     castings: Castings,
     #[arg(long, value_name = "KIND[:FINGER]@FROM[..UNTIL]", help = fault_help())]
     fault: Vec<Injected>,
@@ -54,6 +56,7 @@ pub fn run(args: &SimArgs) -> anyhow::Result<ExitCode> {
     let out = args.output.directory()?;
     let recipe = load_recipe(args.recipe.as_deref())?;
     let mut setup = Setup::with_castings(&recipe, args.castings.finger_seed)?;
+    args.controls.apply(&mut setup)?;
     setup.faults = args.fault.clone();
     let mut runs = Vec::new();
     for scenario in scenarios(args, setup.scenario) {

@@ -13,13 +13,15 @@ use studies::study::{self, Case, page};
 
 use super::output;
 use super::output::outln;
-use super::{Castings, Output, in_parallel, load_recipe, progress_bar};
+use super::{Castings, Controls, Output, in_parallel, load_recipe, progress_bar};
 
 #[derive(Args)]
 pub struct StudyArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
+    #[command(flatten)]
+    controls: Controls,
     #[command(flatten)]
     castings: Castings,
     #[command(flatten)]
@@ -40,7 +42,8 @@ fn study(args: &StudyArgs, out: Option<&Path>) -> anyhow::Result<ExitCode> {
     let more = out.map_or(0, |_| study::SENSITIVITY_RUNS);
     let bar = progress_bar(programme + more, "runs");
     let start = Instant::now();
-    let base = Setup::with_castings(&recipe, args.castings.finger_seed)?;
+    let mut base = Setup::with_castings(&recipe, args.castings.finger_seed)?;
+    args.controls.apply(&mut base)?;
     let cases = study::run(&base, || bar.inc(1))?;
     let took = start.elapsed().as_secs_f64();
     let list = Value::from_iter(cases.iter().map(Case::json));

@@ -14,7 +14,7 @@ use studies::sweep::{self, columns, parquet};
 
 use super::output;
 use super::output::outln;
-use super::{BUILD, Merge, in_parallel, incomplete, load_recipe, progress_bar};
+use super::{BUILD, Controls, Merge, in_parallel, incomplete, load_recipe, progress_bar};
 
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -33,6 +33,8 @@ pub struct SweepArgs {
     /// The fingers [default: those that the firmware was built for].
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
+    #[command(flatten)]
+    controls: Controls,
     /// Threads [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -56,7 +58,8 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<ExitCode> {
 
 fn sweep(args: &SweepArgs, spec: &Spec) -> anyhow::Result<ExitCode> {
     let recipe = load_recipe(args.recipe.as_deref())?;
-    let base = Setup::of(&recipe)?;
+    let mut base = Setup::of(&recipe)?;
+    args.controls.apply(&mut base)?;
     let (shard, dir) = match args.shard {
         Some(shard) => (shard, shard.folder(&args.out)),
         None => (Shard::WHOLE, args.out.clone()),

@@ -3,7 +3,6 @@
 use anyhow::bail;
 use softgrip::condition::{Monitor, Reading};
 use softgrip::estimate::Estimator;
-use softgrip::frontend::FrontEnd;
 use softgrip::settings::{GaugeSense, Settings};
 use softgrip::table::{self, FingerTable};
 use softgrip::units::Kilopascals;
@@ -48,8 +47,9 @@ const UNITS: [(&str, f64); 5] = [
 pub fn check(
     trace: &Trace,
     table: &FingerTable,
-    sense: GaugeSense,
+    settings: &Settings,
 ) -> anyhow::Result<Option<String>> {
+    let sense = settings.finger.gauge_sense;
     let rows = &trace.rows;
     let pressures: Vec<f64> = rows.iter().map(|row| row.pressure_kpa).collect();
     let top_kpa = quantile(pressures.clone(), 0.99);
@@ -79,7 +79,7 @@ pub fn check(
     }
     let gauges: [GaugeResponse; 3] = std::array::from_fn(|i| GaugeResponse::of(rows, i, top_kpa));
     check_strain(&gauges, top_kpa, noise(&pressures), table, sense)?;
-    check_sign(rows, &gauges, top_kpa, table, sense)
+    check_sign(rows, &gauges, top_kpa, table, settings)
 }
 
 const NAME_IT: &str =
@@ -178,13 +178,14 @@ fn check_sign(
     gauges: &[GaugeResponse],
     top_kpa: f64,
     table: &FingerTable,
-    sense: GaugeSense,
+    settings: &Settings,
 ) -> anyhow::Result<Option<String>> {
     if top_kpa < PRESSED_KPA {
         return Ok(None);
     }
     let free_ue = free_strain(table, top_kpa);
-    let shares = approach(rows, gauges, table)?;
+    let sense = settings.finger.gauge_sense;
+    let shares = approach(rows, gauges, table, settings)?;
     let is_wrong = |i: usize| match (sense, shares) {
         (GaugeSense::Contact, _) => gauges[i].change_ue < -CONTACT_UE,
         (GaugeSense::Bend, Some(shares)) => shares[i] < -0.5 && gauges[i].change_ue < 0.0,
@@ -217,9 +218,10 @@ fn approach(
     rows: &[Row],
     gauges: &[GaugeResponse],
     table: &FingerTable,
+    settings: &Settings,
 ) -> anyhow::Result<Option<[f64; 3]>> {
-    let active = Settings::for_finger(&FrontEnd::REFERENCE, table)
-        .validate(&FrontEnd::REFERENCE, table)
+    let active = settings
+        .validate(table)
         .map_err(|error| anyhow::anyhow!("settings: {error}"))?;
     let mut estimator = Estimator::new();
     let (mut products, mut squares) = ([0.0; 3], 0.0);

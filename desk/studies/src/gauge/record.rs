@@ -7,6 +7,7 @@ use finger::chain::LINKS;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use sim::air::TICK_S;
 use sim::arm::Phase;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
@@ -17,8 +18,6 @@ use softgrip::units::{DacCode, Kilopascals};
 const GONE_M: f64 = 0.020;
 /// It slides from here on, m: objects that are held move by 1.4 mm at 10 m/s².
 const SLIDES_M: f64 = 0.002;
-/// Steepest change of the command, kPa per tick: the controller's default.
-const SLEW_KPA: f64 = 0.4;
 
 /// Ranges of what is drawn at random. Friction is that of silicone on smooth and on dusty plastic.
 const FRICTION: Range<f64> = 0.6..0.9;
@@ -151,6 +150,7 @@ fn draw(setup: &Setup, seed: u64, stream: u64, accel_m_s2: Option<f64>) -> Setup
 fn run(setup: &Setup) -> anyhow::Result<Record> {
     setup.check()?;
     let mut plant = setup.plant();
+    let slew_kpa = f64::from(setup.settings().regulator.slew_kpa_per_s) * TICK_S;
     let (mut withheld_rad, mut places, mut lift) = (Vec::new(), Vec::new(), 0);
     let (mut kpa, mut dac) = (0.0, DacCode(0));
     loop {
@@ -161,7 +161,7 @@ fn run(setup: &Setup) -> anyhow::Result<Record> {
             Phase::Lift | Phase::Carry | Phase::Place => {}
             Phase::Release | Phase::Retreat | Phase::Done => break,
         }
-        kpa = setup.scenario.pressure_kpa.min(kpa + SLEW_KPA);
+        kpa = setup.scenario.pressure_kpa.min(kpa + slew_kpa);
         dac = FrontEnd::REFERENCE.command(Kilopascals(kpa as f32));
         let (free, angles) = (plant.free_joint_angles(), plant.joint_angles());
         withheld_rad.push(std::array::from_fn(|i| {

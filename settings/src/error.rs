@@ -1,12 +1,13 @@
 //! The error of a setting that lies outside its range.
 
-use softgrip_settings::{Field, Kind, Limit};
+use crate::field::{Kind, Limit};
+use crate::fields::FIELDS;
 
 /// A setting out of its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SettingsError {
-    /// Number of the setting. On the target a name would only take room.
+    /// Number of the setting.
     pub number: u16,
     /// Its value.
     pub value: f32,
@@ -18,18 +19,13 @@ pub struct SettingsError {
 
 impl SettingsError {
     /// That `value` is outside this range.
-    pub(super) fn of(limit: &Limit, value: f32) -> Self {
+    pub(crate) const fn of(limit: &Limit, value: f32) -> Self {
         Self {
             number: limit.number,
             value,
             min: limit.min,
             max: limit.max,
         }
-    }
-
-    /// Name of the setting, as in the settings file.
-    pub fn name(&self) -> &'static str {
-        Field::of(self.number).map_or("a setting that does not exist", |field| field.name)
     }
 }
 
@@ -41,13 +37,16 @@ impl core::fmt::Display for SettingsError {
             min,
             max,
         } = self;
-        let name = self.name();
-        match Field::of(*number).map(|field| field.kind) {
-            None => write!(f, "setting {number}: there is none of that number"),
-            Some(Kind::Number { .. }) => {
-                write!(f, "{name} = {value}: must lie within {min} and {max}")
-            }
-            Some(Kind::Choice(words)) => {
+        let field = const { &FIELDS }
+            .iter()
+            .find(|field| field.number == *number);
+        let Some(field) = field else {
+            return write!(f, "setting {number}: there is none of that number");
+        };
+        let name = field.name;
+        match field.kind {
+            Kind::Number { .. } => write!(f, "{name} = {value}: must lie within {min} and {max}"),
+            Kind::Choice(words) => {
                 write!(
                     f,
                     "{name} = {value}: must be a whole number from {min} to {max}"
