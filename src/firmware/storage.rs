@@ -77,8 +77,11 @@ impl Keeper {
     async fn save(&mut self) {
         let mut bytes = [0; ENCODED_BYTES];
         let length = self.values.encode(&FACTORY, &mut bytes);
-        let bytes = length.and_then(|length| bytes.get(..length));
-        match self.storage.save(bytes.unwrap_or_default()).await {
+        let saved = match length.and_then(|length| bytes.get(..length)) {
+            Some(bytes) => self.storage.save(bytes).await,
+            None => Err(SaveError::TooLong),
+        };
+        match saved {
             Ok(()) => defmt::info!("settings stored"),
             Err(error) => {
                 let why = match error {
