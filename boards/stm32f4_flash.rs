@@ -73,8 +73,11 @@ struct Unlocked;
 impl Unlocked {
     fn new() -> Self {
         pac::FLASH.acr().modify(|w| w.set_dcen(false));
-        for key in KEYS {
-            pac::FLASH.keyr().write_value(key);
+        // Where they do not belong the keys would lock the register until the next reset.
+        if pac::FLASH.cr().read().lock() {
+            for key in KEYS {
+                pac::FLASH.keyr().write_value(key);
+            }
         }
         // Each flag is cleared by writing it.
         let flags = pac::FLASH.sr().read();

@@ -58,7 +58,7 @@ pub enum Fault {
     Stopped = 48,
     /// The robot has said nothing for longer than the settings allow.
     HostSilent = 49,
-    /// The stored settings, or one of them, are not valid; the factory's are in use instead.
+    /// The stored settings are not valid; the default ones are in use.
     SettingsInvalid = 64,
     /// The program had to be restarted by its watchdog or after a panic.
     Internal = 65,

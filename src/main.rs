@@ -93,8 +93,11 @@ async fn main(spawner: Spawner) {
                 true => Some(Fault::SettingsInvalid),
                 false => failure.map(|_| Fault::Internal),
             };
-            let controller =
-                links::controller(|| Controller::starting_with(fault, &FINGER, active));
+            // In a place of its own: handed to the task by value it would stand on the stack three times.
+            let controller = cortex_m::singleton!(
+                CONTROLLER: Controller = Controller::starting_with(fault, &FINGER, active)
+            );
+            let controller = controller.expect("made once");
             let (sent, received) = links::events().expect("made once");
             spawner.spawn(telemetry::run(received, identity).expect("spawned once"));
             spawner.spawn(storage::run(keeper).expect("spawned once"));

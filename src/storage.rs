@@ -24,7 +24,8 @@
 //!   a higher number than those of the other one, so it is erased again.
 //!
 //! A record whose last word says that it was stored, and whose sum is wrong, has been damaged since: that is said, and
-//! not an older one taken for it. A record that was cut has no such word; an older one counts.
+//! not an older one taken for it. A record that was cut has no such word; an older one counts. (A sector's first
+//! record is taken for one that was cut, too, if its very number is damaged.)
 //!
 //! **Wear.** A sector of 16 KiB takes 16 records per erasing, or 8 if there is a restart before each, and the chip's
 //! sectors take 10 000 erasings (DS9405, flash memory endurance): at ten records a day the two last 43 years at least.

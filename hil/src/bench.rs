@@ -43,6 +43,9 @@ pub struct Preset {
     pub value: u32,
 }
 
+/// The watchdog's key that gives it its whole time again (RM0090, IWDG_KR).
+const FEEDS: u64 = 0xaaaa;
+
 /// Where the factory has noted what the internal reference reads at 3.3 V.
 const VREFIN_CAL: u64 = 0x1fff_7a2a;
 
@@ -186,9 +189,12 @@ struct Bench<S, F> {
     /// A call of the controller whose result has not been written yet.
     open: Option<Tick>,
     resets: usize,
-    /// Variables that are set once the firmware has set up its own.
-    presets: Vec<Preset>,
-    preset: bool,
+    /// A variable that is set once the firmware has set up its own.
+    preset: Option<Preset>,
+    /// The time between two snapshots, which is set once the firmware has set it from its settings.
+    period: Preset,
+    /// Which of the two are still to be set.
+    unset: [bool; 2],
     record: Record,
     digest: Sha256,
     failed: Option<anyhow::Error>,
@@ -212,7 +218,7 @@ where
                 cause: reset.cause,
             });
             self.open = None;
-            self.preset = false;
+            self.unset = [true; 2];
             self.rtt.restart();
             // The model of the ports forgets what drives them.
             session.board_mut().set_levels(reset.at, self.levels);
@@ -268,9 +274,12 @@ where
                 self.record.rtt_writes.push(hit.at);
             }
             // The watchdog is the first that it starts once its variables are there.
-            Settled::Access { access, .. } if !self.preset && access.address == IWDG.base => {
-                self.preset = true;
-                for &Preset { address, value } in &self.presets {
+            Settled::Access { access, value } if access.address == IWDG.base => {
+                let [preset, period] = &mut self.unset;
+                let preset = std::mem::take(preset).then_some(self.preset).flatten();
+                // The control task feeds it before its first tick, and before another task has its turn.
+                let period = (value == FEEDS && std::mem::take(period)).then_some(self.period);
+                for Preset { address, value } in preset.into_iter().chain(period) {
                     if let Err(error) = host.write(address, Width::W32, value.into()) {
                         self.failed = Some(error.into());
                     }
@@ -370,11 +379,6 @@ pub fn run<S: Send + 'static>(
         });
     }
     let period = image.variable("TELEMETRY_PERIOD_US")?.address;
-    let mut presets = vec![Preset {
-        address: period,
-        value: setup.telemetry_us,
-    }];
-    presets.extend(setup.preset);
     let rtt = Rtt::new(block, setup.host, image.table);
     let bench = Bench {
         state,
@@ -387,8 +391,12 @@ pub fn run<S: Send + 'static>(
         step: step.address,
         open: None,
         resets: 0,
-        presets,
-        preset: false,
+        preset: setup.preset,
+        period: Preset {
+            address: period,
+            value: setup.telemetry_us,
+        },
+        unset: [true; 2],
         record: Record::default(),
         digest: Sha256::new(),
         failed: None,

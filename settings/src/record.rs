@@ -30,6 +30,7 @@ impl Decoded {
     }
 
     /// Takes the factory's value for a setting; says whether there is one.
+    #[inline(never)]
     fn give_up(&mut self, number: u16, factory: &Values) -> bool {
         let Some(value) = factory.get(number) else {
             return false;

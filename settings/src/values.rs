@@ -94,6 +94,8 @@ impl Values {
     }
 
     /// The value of a setting; none if there is no setting of this number.
+    // Never inlined: where the compiler knows the values it would write a comparison for each. So below.
+    #[inline(never)]
     pub fn get(&self, number: u16) -> Option<f32> {
         let mut all = LIMITS.iter().zip(&self.0);
         all.find(|(limit, _)| limit.number == number)
@@ -105,6 +107,7 @@ impl Values {
     /// # Errors
     /// If it is not, or if there is no setting of this number; nothing is changed then. What finger, regulator and
     /// other settings allow is left to [`Values::problems`].
+    #[inline(never)]
     pub const fn set(&mut self, number: u16, value: f32) -> Result<(), SettingsError> {
         let mut place = 0;
         while place < COUNT {

@@ -9,8 +9,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use softgrip::settings::{Active, Calibration};
 use softgrip::telemetry::{Event, Snapshot};
 use softgrip::units::{DacCode, FINGERS, Instant};
-use softgrip::{Command, Controller, RawFrame};
-use static_cell::StaticCell;
+use softgrip::{Command, RawFrame};
 
 /// An event with its number, which counts the lost ones too.
 pub struct Numbered {
@@ -33,12 +32,6 @@ pub const EVENTS_HELD: usize = 4 * softgrip::telemetry::EVENTS;
 
 /// Runs the control task; polled by the board's spare interrupt.
 pub static HIGH_PRIORITY: InterruptExecutor = InterruptExecutor::new();
-
-/// The controller, made in its place: it would take a third of the stack on its way there. To be called once.
-pub fn controller(make: impl FnOnce() -> Controller) -> &'static mut Controller {
-    static CONTROLLER: StaticCell<Controller> = StaticCell::new();
-    CONTROLLER.init_with(make)
-}
 
 /// The latest tick. The telemetry task takes it when it is due; a newer one replaces it.
 pub static TICK: Signal<CriticalSectionRawMutex, Tick> = Signal::new();

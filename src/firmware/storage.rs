@@ -8,6 +8,9 @@ use softgrip::units::FINGERS;
 use crate::board::SettingsFlash;
 use crate::links::{LEARNED, SETTINGS, SWEPT, TARED};
 
+/// The numbers of the settings that a tare changes.
+const TARE: [u16; FINGERS] = [510, 511, 512];
+
 /// The settings, and where they are kept.
 pub struct Keeper {
     storage: Storage<SettingsFlash>,
@@ -39,7 +42,11 @@ impl Keeper {
             Ok(Stored::Empty) => defmt::info!("settings: the factory's"),
             Ok(Stored::Found { length }) => {
                 self.take(bytes.get(..length).unwrap_or(&bytes));
-                defmt::info!("settings: {=usize} bytes stored", length);
+                defmt::info!(
+                    "settings: {=usize} bytes stored, tare {} ue",
+                    length,
+                    self.tare_ue(),
+                );
             }
             Ok(Stored::Corrupt) | Err(_) => {
                 defmt::error!("the stored settings are damaged: the factory's are used");
@@ -64,33 +71,46 @@ impl Keeper {
     }
 
     /// A tare: the control task uses it already.
-    fn keep_tare(&mut self, [a, b, c]: [f32; FINGERS]) {
-        self.keep(&[(510, a), (511, b), (512, c)]);
+    fn keep_tare(&mut self, tare_ue: [f32; FINGERS]) {
+        for stated in TARE.into_iter().zip(tare_ue) {
+            self.keep(stated);
+        }
     }
 
     /// What a sweep has found becomes what the control task uses.
     fn keep_fingers(&mut self, found: &Calibration) {
+        let before = self.values;
         let regulator_ms = self.values.get(110).unwrap_or_default();
-        self.keep(&found.stated(regulator_ms, &FINGER));
+        for stated in found.stated(regulator_ms, &FINGER) {
+            self.keep(stated);
+        }
         match Active::of(&self.values, &FINGER) {
             Ok(active) => SETTINGS.signal(active),
-            Err(error) => defmt::error!("the sweep is not used: {}", error),
+            Err(error) => {
+                defmt::error!("the sweep is not used: {}", error);
+                self.values = before;
+            }
         }
     }
 
-    fn keep(&mut self, stated: &[(u16, f32)]) {
-        for &(number, value) in stated {
-            if let Err(error) = self.values.set(number, value) {
-                defmt::error!("not kept: {}", error);
-            }
+    fn keep(&mut self, (number, value): (u16, f32)) {
+        if let Err(error) = self.values.set(number, value) {
+            defmt::error!("not kept: {}", error);
         }
+    }
+
+    fn tare_ue(&self) -> [f32; FINGERS] {
+        TARE.map(|number| self.values.get(number).unwrap_or_default())
     }
 
     async fn save(&mut self) {
         let mut bytes = [0; ENCODED_BYTES];
         let length = self.values.encode(&FACTORY, &mut bytes);
-        let bytes = length.and_then(|length| bytes.get(..length));
-        match self.storage.save(bytes.unwrap_or_default()).await {
+        let saved = match length.and_then(|length| bytes.get(..length)) {
+            Some(bytes) => self.storage.save(bytes).await,
+            None => Err(SaveError::TooLong),
+        };
+        match saved {
             Ok(()) => defmt::info!("settings stored"),
             Err(error) => {
                 let why = match error {
