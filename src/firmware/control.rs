@@ -77,11 +77,9 @@ impl Control {
     #[inline(never)]
     fn tick(&mut self, began: Instant, frame: RawFrame) {
         let now = now(began);
-        if let Some(active) = SETTINGS.try_take()
-            && self.controller.apply(active).is_err()
-        {
-            // Once the gripper is idle.
-            SETTINGS.signal(active);
+        // To take them is to copy them.
+        if SETTINGS.signaled() {
+            self.apply_settings();
         }
         let levels = self.controller.active().io().on(self.inputs.levels());
         let command = match self.debounced.step(levels) {
@@ -102,10 +100,6 @@ impl Control {
             snapshot: outputs.snapshot,
         });
         self.send(now, &outputs.events);
-        if let Some(found) = self.controller.take_calibration() {
-            SWEPT.signal(found);
-            LEARNED.signal(());
-        }
         let took_us = Instant::now().as_micros().saturating_sub(began.as_micros());
         LONGEST_TICK_US.fetch_max(took_us as u32, Relaxed);
         // Only a tick gets here, so the watchdog is fed when both tasks are alive.
@@ -114,12 +108,34 @@ impl Control {
         }
     }
 
+    #[inline(never)]
+    fn apply_settings(&mut self) {
+        if let Some(active) = SETTINGS.try_take()
+            && self.controller.apply(active).is_err()
+        {
+            // Once the gripper is idle.
+            SETTINGS.signal(active);
+        }
+    }
+
+    #[inline(never)]
+    fn pass_calibration(&mut self) {
+        if let Some(found) = self.controller.take_calibration() {
+            SWEPT.signal(found);
+            LEARNED.signal(());
+        }
+    }
+
     /// Passes a tick's events on, and counts what finds no room.
     fn send(&mut self, at: softgrip::units::Instant, events: &Events) {
         for &event in events.iter() {
-            if matches!(event, Event::Tared) {
-                TARED.signal(self.controller.tare_ue());
-                LEARNED.signal(());
+            match event {
+                Event::Tared => {
+                    TARED.signal(self.controller.tare_ue());
+                    LEARNED.signal(());
+                }
+                Event::Swept { .. } => self.pass_calibration(),
+                _ => {}
             }
             self.number = self.number.wrapping_add(1);
             let number = self.number;
