@@ -12,10 +12,10 @@ use softgrip::{Command, Controller, RawFrame, TICK_US};
 
 use crate::board::{self, Board, Clock, IndicatorPins, InputPins, Regulator};
 use crate::links::{
-    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LEARNED, LONGEST_TICK_US, Numbered, SETTINGS, SWEEP,
-    SWEPT, TARE, TARED, TELEMETRY_RAN, TICK, Tick,
+    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LEARNED, LONGEST_TICK_US, Numbered, SETTINGS,
+    SETTINGS_SENT, SWEEP, SWEPT, TARE, TARED, TELEMETRY_RAN, TICK, Tick,
 };
-use crate::record;
+use crate::{links, record};
 
 #[embassy_executor::task]
 pub async fn run(
@@ -77,8 +77,7 @@ impl Control {
     #[inline(never)]
     fn tick(&mut self, began: Instant, frame: RawFrame) {
         let now = now(began);
-        // To take them is to copy them.
-        if SETTINGS.signaled() {
+        if SETTINGS_SENT.swap(false, Relaxed) {
             self.apply_settings();
         }
         let levels = self.controller.active().io().on(self.inputs.levels());
@@ -114,7 +113,7 @@ impl Control {
             && self.controller.apply(active).is_err()
         {
             // Once the gripper is idle.
-            SETTINGS.signal(active);
+            links::send_settings(active);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Everything that one task has for another. The control task writes here, and never waits.
 
-use core::sync::atomic::{AtomicBool, AtomicU32};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
 use embassy_executor::InterruptExecutor;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -77,6 +77,15 @@ pub static LEARNED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Settings that the control task is to use from its next tick on, from the storage task.
 pub static SETTINGS: Signal<CriticalSectionRawMutex, Active> = Signal::new();
+
+/// There are some. To ask the signal itself is to copy them.
+pub static SETTINGS_SENT: AtomicBool = AtomicBool::new(false);
+
+/// Passes settings to the control task; newer ones replace them.
+pub fn send_settings(active: Active) {
+    SETTINGS.signal(active);
+    SETTINGS_SENT.store(true, Relaxed);
+}
 
 /// Events that found no room since start-up. The telemetry task reads it.
 pub static EVENTS_LOST: AtomicU32 = AtomicU32::new(0);

@@ -6,7 +6,7 @@ use softgrip::table::FINGER;
 use softgrip::units::FINGERS;
 
 use crate::board::SettingsFlash;
-use crate::links::{LEARNED, SETTINGS, SWEPT, TARED};
+use crate::links::{self, LEARNED, SWEPT, TARED};
 
 /// The numbers of the settings that a tare changes.
 const TARE: [u16; FINGERS] = [510, 511, 512];
@@ -85,7 +85,7 @@ impl Keeper {
             self.keep(stated);
         }
         match Active::of(&self.values, &FINGER) {
-            Ok(active) => SETTINGS.signal(active),
+            Ok(active) => links::send_settings(active),
             Err(error) => {
                 defmt::error!("the sweep is not used: {}", error);
                 self.values = before;
