@@ -19,6 +19,7 @@ mod approach;
 mod failures;
 mod obey;
 mod settings;
+mod situation;
 mod state;
 mod sweep;
 
@@ -26,34 +27,18 @@ use approach::Approach;
 
 use crate::air::{Air, REACHED_KPA};
 use crate::command::{Answer, Command, Motion, Payload, Refusal};
-use crate::condition::Reading;
 use crate::detect::{Loss, LossCause, Verdict, Watch};
 use crate::estimate::{Calibration, Contact, OPEN_KPA};
 use crate::event::{Event, Events};
 use crate::fault::Fault;
 use crate::table::FingerTable;
 use crate::units::{FINGERS, Instant, Kilopascals};
-use crate::zero::ZeroReport;
 
 pub(crate) use settings::Active;
 pub use settings::{OnFault, OnLoss, Settings};
+pub use situation::Situation;
 pub use state::{Purpose, State};
 use sweep::{Progress, Sweep};
-
-/// What the supervisor sees in one tick.
-#[derive(Debug, Clone, Copy)]
-pub struct Situation<'a> {
-    /// The readings.
-    pub reading: &'a Reading,
-    /// The pressure, and what it should be.
-    pub air: &'a Air,
-    /// What the fingers feel.
-    pub contact: &'a Contact,
-    /// What has become of the zero.
-    pub zero: &'a ZeroReport,
-    /// The detector's verdict.
-    pub verdict: Verdict,
-}
 
 /// A grip needs this many fingers.
 const FINGERS_OF_A_GRIP: usize = 2;

@@ -6,9 +6,9 @@
 
 mod fit;
 
-use fit::{Fit, Knee, Progress as Fitting, strain_ue};
+use fit::{Fit, Knee, LEVELS, Level, Progress as Fitting, strain_ue};
 
-use super::Situation;
+use super::situation::Situation;
 use crate::air::REACHED_KPA;
 use crate::command::SweepFault;
 use crate::condition::Gauge;
@@ -17,8 +17,6 @@ use crate::math::larger;
 use crate::table::FingerTable;
 use crate::units::{FINGERS, Kilopascals, TICK_US};
 
-/// Pressures of the sweep beside zero.
-const LEVELS: usize = 12;
 /// The first is this share of the highest: below, fingers hardly strain, and so large a rise tells the regulator's delay.
 const FIRST: f32 = 0.3;
 /// Ticks of one mean: ten periods of 50 Hz and twelve of 60 Hz.
@@ -44,19 +42,6 @@ struct Window {
 }
 
 impl Window {
-    fn sum_ue(&self) -> f32 {
-        self.strain_ue.iter().sum()
-    }
-}
-
-/// One pressure, and what the fingers show there on the way up.
-#[derive(Debug, Clone, Copy, Default)]
-struct Level {
-    kpa: f32,
-    strain_ue: [f32; FINGERS],
-}
-
-impl Level {
     fn sum_ue(&self) -> f32 {
         self.strain_ue.iter().sum()
     }

@@ -4,9 +4,10 @@ mod commands;
 mod faults;
 
 use super::*;
-use crate::condition::{Gauge, Monitor};
+use crate::condition::{Gauge, Monitor, Reading};
 use crate::table::{FINGER, Range};
 use crate::units::{Degrees, Microstrain, Volts};
+use crate::zero::ZeroReport;
 use std::vec::Vec;
 
 const GRIP: Command = Command::Grip(crate::Grip::Default);

@@ -4,12 +4,26 @@
 //! gauges are good for: fingers that meet early leave a short piece of their curve, which alone could not tell one from
 //! the other. One stiffness is tried in each tick.
 
-use super::{LEVELS, Level};
 use crate::command::SweepFault;
 use crate::estimate::Calibration;
 use crate::math::larger;
 use crate::table::{self, FingerTable};
 use crate::units::{FINGERS, Kilopascals, Microstrain};
+
+/// Pressures of a sweep beside zero.
+pub(super) const LEVELS: usize = 12;
+/// One pressure, and what the fingers show there on the way up.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Level {
+    pub kpa: f32,
+    pub strain_ue: [f32; FINGERS],
+}
+
+impl Level {
+    pub fn sum_ue(&self) -> f32 {
+        self.strain_ue.iter().sum()
+    }
+}
 
 /// Fewer free levels make no curve.
 const FEWEST: usize = 3;
