@@ -25,9 +25,9 @@ use crate::rtt::{self, Rtt};
 /// Nanoseconds of a millisecond.
 pub const MS: u64 = 1_000_000;
 
-/// The control tick comes 0.48 ms after the whole millisecond. What stands at the pins changes just after it,
+/// The control tick comes 0.84 ms after the whole millisecond. What stands at the pins changes just after it,
 /// so that a tick averages one state of the gripper and not two.
-const AFTER_THE_TICK: u64 = 530_000;
+const AFTER_THE_TICK: u64 = 890_000;
 
 /// When the script is called for the `ms`th time.
 pub fn moment_at(ms: u64) -> VirtualNanos {

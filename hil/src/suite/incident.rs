@@ -25,8 +25,10 @@ pub struct Incident {
     pub at_the_end: Indicators,
 }
 
-/// From *holding* to the incident, and from there to the end, ms.
-const HELD_MS: u64 = 100;
+/// From *holding* to the incident, and from there to the end, ms. The clock of the firmware counts in periods of
+/// 32.768 ms, and the tick that is brought about by [`Nucleo::make_tick_due`](crate::board::Nucleo::make_tick_due) must
+/// not be due beyond the end of one.
+const HELD_MS: u64 = 120;
 const AFTER_MS: u64 = 500;
 
 /// Grips the sphere, and does something once it is held. The robot's grip input stays on.
