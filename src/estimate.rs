@@ -47,6 +47,9 @@ pub struct Settings {
     /// Free fingers that close until they meet lack less than this share of the strain that they show there; an object
     /// makes them lack more.
     pub empty_percent: f32,
+    /// Fingers that bend on beyond where they meet, and have less than this share of a free finger's strain, bend around
+    /// something small; others pass one another.
+    pub around_percent: f32,
     /// A finger touches when its residual exceeds this …
     pub contact_ue: f32,
     /// … plus this share of the free-bend strain, which the table may be wrong by.
@@ -70,6 +73,7 @@ impl Default for Settings {
             // open gauge, 97 % of the empty closes lacked less, and 0.2 % of the grips of objects wider than 56 mm.
             // Narrower spheres lie in the cage of fingers that meet, and hold nothing up.
             empty_percent: 4.0,
+            around_percent: 75.0,
             contact_ue: 500.0,
             contact_percent: 5.0,
         }
@@ -86,7 +90,7 @@ impl Settings {
                 Casting::of(table, self.free_bend_gain[i], self.stiffness[i])
             }),
             per_free_ue: casting::per_free_ue(table),
-            meeting: Meeting::of(table, self.meeting_kpa, 0.01 * self.empty_percent),
+            meeting: Meeting::of(self, table),
             contact_ue: self.contact_ue,
             contact_fraction: 0.01 * self.contact_percent,
         }
@@ -114,19 +118,22 @@ pub(crate) struct Meeting {
     pub strain_ue: f32,
     /// The fingers lack less than this on their way there, µε.
     pub lacks_at_most_ue: f32,
+    /// Beyond, those with less than this share of a free finger's strain bend around something.
+    pub around: f32,
 }
 
 impl Meeting {
-    /// At a pressure that is set, or at the table's; `share` of the strain there is lacked at most.
-    fn of(table: &FingerTable, set_kpa: f32, share: f32) -> Option<Self> {
-        let kpa = match set_kpa > 0.0 {
-            true => set_kpa,
+    /// At a pressure that is set, or at the table's.
+    fn of(settings: &Settings, table: &FingerTable) -> Option<Self> {
+        let kpa = match settings.meeting_kpa > 0.0 {
+            true => settings.meeting_kpa,
             false => table.meeting_kpa?,
         };
         let strain_ue = table::free_strain(table, Kilopascals(kpa)).0.0;
         Some(Self {
             strain_ue,
-            lacks_at_most_ue: share * strain_ue,
+            lacks_at_most_ue: 0.01 * settings.empty_percent * strain_ue,
+            around: 0.01 * settings.around_percent,
         })
     }
 }

@@ -7,7 +7,7 @@ use crate::field::{Field, Kind};
 /// A setting is added by a row here, a field in the stage that uses it, and a line of `each` in
 /// `src/settings/leaves.rs`. A number that was ever released is not used again.
 #[rustfmt::skip]
-pub const FIELDS: [Field; 56] = [
+pub const FIELDS: [Field; 57] = [
     of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
     of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
     of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
@@ -24,6 +24,7 @@ pub const FIELDS: [Field; 56] = [
     of(232, "finger.stiffness[2]", "", 0.7, 1.5, 1.0, STIFFNESS),
     of(240, "finger.meeting_kpa", "kPa", 0.0, 1_000.0, 0.0, "Pressure at which the recipe's free fingers would bend as far as these do when they meet; 0: as the table says"),
     of(241, "finger.empty_percent", "%", 0.1, 50.0, 4.0, "Fingers that close on nothing until they meet lack less of the strain that they show there"),
+    of(242, "finger.around_percent", "%", 0.0, 100.0, 75.0, "Fingers that bend on beyond where they meet with less than this share of a free finger's strain bend around something small"),
     of(250, "finger.silicone.inflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "Time constant of a finger's inflation, pressure to joint torque"),
     of(251, "finger.silicone.deflation_lag_ms", "ms", 1.0, 5_000.0, 80.0, "The same while the pressure falls"),
     of(252, "finger.silicone.hysteresis_percent", "%", 0.0, 25.0, 0.0, "How far apart the pressures of the same shape are on the way up and down, in percent of the table's highest pressure"),

@@ -13,6 +13,9 @@ pub struct Calibration {
     pub stiffness: [f32; FINGERS],
     /// Pressure at which the recipe's finger is bent as these are where they meet; none if they do not.
     pub meeting: Option<Kilopascals>,
+    /// Least share of a free finger's strain that the fingers have on the average, once they bend further than where they
+    /// meet: they pass one another.
+    pub passing_share: f32,
     /// Pressures at which a finger has the same shape on its way up and down are so far apart, kPa.
     pub hysteresis_kpa: f32,
     /// Lags of the fingers behind the pressure, rising and falling, without their swing, ms.
@@ -23,6 +26,10 @@ pub struct Calibration {
     pub error_percent: f32,
 }
 
+/// Fingers that bend on beyond where they meet and have less than this share of a free finger's strain bend around
+/// something, percent: the default of the setting.
+const AROUND_PERCENT: f32 = 75.0;
+
 /// Share of full scale by which a table may be wrong, percent, whatever a fit says: the default of the setting.
 const LEAST_CONTACT_PERCENT: f32 = 5.0;
 
@@ -30,9 +37,11 @@ impl Calibration {
     /// The settings that it stands for, by number, for [`Settings::with`](crate::settings::Settings::with). A curve that is
     /// known less well than the defaults take for granted makes contact of a larger residual. The regulator's delay is
     /// left as it is where nothing new was learned: `regulator_ms` is what it is now.
-    pub fn stated(&self, regulator_ms: f32, table: &FingerTable) -> [(u16, f32); 12] {
+    pub fn stated(&self, regulator_ms: f32, table: &FingerTable) -> [(u16, f32); 13] {
         let ([a, b, c], [x, y, z]) = (self.gain, self.stiffness);
         let [up_ms, down_ms] = self.lag_ms.map(|ms| larger(1.0, smaller(ms, 5_000.0)));
+        // What the parabola and another close make of it.
+        let passing_percent = 100.0 * self.passing_share - 5.0;
         let hysteresis = 100.0 * self.hysteresis_kpa / table.max_pressure_kpa;
         [
             (110, self.regulator_ms.unwrap_or(regulator_ms)),
@@ -44,6 +53,7 @@ impl Calibration {
             (231, y),
             (232, z),
             (240, self.meeting.map_or(0.0, |pressure| pressure.0)),
+            (242, larger(0.0, smaller(AROUND_PERCENT, passing_percent))),
             (250, up_ms),
             (251, down_ms),
             (252, larger(0.0, smaller(hysteresis, 25.0))),

@@ -20,10 +20,8 @@ const JUDGED: f32 = 0.4;
 const WEIGHT: f32 = 0.15;
 /// Beyond this share of the strain at which they meet, …
 const BEYOND: f32 = 1.15;
-/// … fingers that have this share less than free ones bend around something small. Fingers that have met press on one
-/// another and bend back …
-const AROUND: f32 = 0.25;
-/// … by more than this.
+/// … fingers that lack a lot bend around something small. Fingers that have met press on one another and bend back by more
+/// than this.
 const BENDS_BACK: f32 = 0.025;
 /// Fingers that have been ahead of their model by this share hide what they lack: where they come to rest close to where
 /// they would meet, they must bend back to have met.
@@ -117,7 +115,7 @@ impl Approach {
         }
         let back_ue = self.peak_ue - self.mean_ue;
         let hides = match self.mean_ue > BEYOND * met_ue {
-            true => self.mean_ue < (1.0 - AROUND) * free_ue,
+            true => self.mean_ue < meeting.around * free_ue,
             false => self.mean_ue < CLOSE * met_ue && self.ahead_ue > AHEAD * met_ue,
         };
         if hides && back_ue < BENDS_BACK * met_ue {

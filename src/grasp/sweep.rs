@@ -1,7 +1,6 @@
 //! The free-bend sweep: what the mounted fingers do at each pressure with nothing in the grip.
 //!
-//! The pressure goes up in steps and waits at each until the fingers rest, up to where they meet or to the highest, and
-//! the same way down. The way up is a finger's curve, the difference of both its hysteresis, and how the strain comes
+//! The pressure goes up in steps and waits at each until the fingers rest, and the same way down where they are free. The way up is a finger's curve, the difference of both its hysteresis, and how the strain comes
 //! behind the pressure its lags. [`fit`] makes stiffness and gain of each finger of it.
 
 mod fit;
@@ -29,6 +28,8 @@ const RESTS: f32 = 0.000_2;
 const OFF_KPA: f32 = 8.0;
 /// A gauge with more noise than this, µε rms, tells no loss, and no curve.
 const NOISE_UE: f32 = 400.0;
+/// Stops at which one has; the estimate of a sound one jumps now and then.
+const NOISY_STOPS: u8 = 3;
 /// Before they have closed this far, as a share of the highest pressure, no fingers meet: lags are measured up to there.
 const BEFORE_MEETING: f32 = 0.5;
 /// A way down tells hysteresis where it is at least this share of the loop.
@@ -87,8 +88,9 @@ pub(super) struct Sweep {
     /// Of the present stop, and of the one before.
     last: Option<Window>,
     before: Window,
-    /// Where the way up has ended, if the fingers have met.
+    /// Where the fingers have met on their way up.
     knee: Option<Knee>,
+    noisy_stops: u8,
     /// Sums of pressure and strain since the stop began, beyond the stop before, …
     area: Window,
     zero_ue: [f32; FINGERS],
@@ -113,6 +115,7 @@ impl Sweep {
             last: None,
             before: Window::default(),
             knee: None,
+            noisy_stops: 0,
             area: Window::default(),
             zero_ue: [0.0; FINGERS],
             levels: [Level::default(); LEVELS],
@@ -172,10 +175,13 @@ impl Sweep {
             return Ok(());
         }
         let is_noisy = |&variance: &f32| variance > NOISE_UE * NOISE_UE;
-        match self.window(table)? {
-            // While the fingers move, their noise is not known.
-            true if reading.noise_variance.iter().any(is_noisy) => Err(SweepFault::Noise),
-            _ => Ok(()),
+        // While the fingers move, their noise is not known.
+        if self.window(table)? && reading.noise_variance.iter().any(is_noisy) {
+            self.noisy_stops = self.noisy_stops.saturating_add(1);
+        }
+        match self.noisy_stops >= NOISY_STOPS {
+            true => Err(SweepFault::Noise),
+            false => Ok(()),
         }
     }
 
@@ -241,13 +247,16 @@ impl Sweep {
         if let Some(level) = self.levels.get_mut(index) {
             *level = here;
         }
-        let so_far = self.levels.get(..=index).unwrap_or(&self.levels);
-        self.knee = Knee::of(so_far, table)?;
+        if self.knee.is_none() {
+            let so_far = self.levels.get(..=index).unwrap_or(&self.levels);
+            self.knee = Knee::of(so_far, table)?;
+        }
         let next = index.saturating_add(1);
-        self.rises = self.knee.is_none() && next < LEVELS;
+        self.rises = next < LEVELS;
         self.at = match self.rises {
             true => Some(next),
-            false => index.checked_sub(1),
+            // What they do on their way down is of interest where they are free.
+            false => self.knee.map_or(index, |knee| knee.free).checked_sub(1),
         };
         Ok(self.at.is_none())
     }

@@ -68,6 +68,7 @@ impl Settings {
         visit(232, Number(&mut self.finger.stiffness[2]));
         visit(240, Number(&mut self.finger.meeting_kpa));
         visit(241, Number(&mut self.finger.empty_percent));
+        visit(242, Number(&mut self.finger.around_percent));
         visit(250, Number(&mut self.finger.silicone.inflation_lag_ms));
         visit(251, Number(&mut self.finger.silicone.deflation_lag_ms));
         visit(252, Number(&mut self.finger.silicone.hysteresis_percent));

@@ -20,6 +20,11 @@ pub(super) struct Level {
 }
 
 impl Level {
+    /// Of one finger.
+    fn finger_ue(&self, finger: usize) -> f32 {
+        self.strain_ue.get(finger).copied().unwrap_or(0.0)
+    }
+
     pub fn sum_ue(&self) -> f32 {
         self.strain_ue.iter().sum()
     }
@@ -27,7 +32,7 @@ impl Level {
 
 /// Fewer free levels make no curve.
 const FEWEST: usize = 3;
-/// The mean strain leaves the free curve where it rises by less than this share of what it did before …
+/// A finger leaves its free curve where it rises by less than this share of what it did before …
 const KNEE: f32 = 0.5;
 /// … and the last level before that is free, too, if it still rose by this share.
 const ROUNDED: f32 = 0.8;
@@ -61,7 +66,7 @@ pub(super) enum Progress {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Knee {
     /// Levels at which they are free, from the first on.
-    free: usize,
+    pub free: usize,
     /// What each gauge shows where they have met, µε.
     met_ue: [f32; FINGERS],
 }
@@ -97,6 +102,7 @@ impl Fit {
                 gain: [1.0; FINGERS],
                 stiffness: [1.0; FINGERS],
                 meeting: None,
+                passing_share: 1.0,
                 hysteresis_kpa,
                 lag_ms,
                 regulator_ms: None,
@@ -114,7 +120,7 @@ impl Fit {
     /// Tries one finger.
     pub fn step(&mut self, levels: &[Level; LEVELS], table: &FingerTable) -> Progress {
         let (Some(&width), true) = (STEPS.get(self.round), self.finger < FINGERS) else {
-            return Progress::Ended(self.finish(table));
+            return Progress::Ended(self.finish(levels, table));
         };
         let softness = self.softness + width * f32::from(self.step);
         let free = self.knee.map_or(LEVELS, |knee| knee.free);
@@ -172,7 +178,7 @@ impl Fit {
 
     /// Strain of the finger in turn.
     fn strain_ue(&self, level: &Level) -> f32 {
-        level.strain_ue.get(self.finger).copied().unwrap_or(0.0)
+        level.finger_ue(self.finger)
     }
 
     fn keep(
@@ -210,26 +216,41 @@ impl Fit {
         Ok(())
     }
 
-    /// Where the fingers meet, in terms of the recipe's.
-    fn finish(&self, table: &FingerTable) -> Result<Calibration, SweepFault> {
+    /// Where the fingers meet, in terms of the recipe's, and how far those bend that pass one another.
+    fn finish(
+        &self,
+        levels: &[Level; LEVELS],
+        table: &FingerTable,
+    ) -> Result<Calibration, SweepFault> {
         let mut found = self.found;
-        let Some(Knee { met_ue: met, .. }) = self.knee else {
+        let Some(Knee { met_ue, free }) = self.knee else {
             return Ok(found);
         };
-        let mut met_ue = 0.0;
-        for ((strain, gain), stiffness) in met.into_iter().zip(found.gain).zip(found.stiffness) {
-            // Of the recipe's finger at this bend: the same in terms of the gauge's own gain.
-            met_ue += recipes_ue(table, strain, gain, stiffness) / FINGERS as f32;
-        }
-        let (meeting, _) = table::pressure_for_strain(table, Microstrain(met_ue));
+        let met_ue = self.mean_ue(met_ue, table);
         if table
             .meeting_kpa
             .is_some_and(|kpa| met_ue < MEETS * strain_ue(table, kpa))
         {
             return Err(SweepFault::Contact);
         }
-        found.meeting = Some(meeting);
+        found.meeting = Some(table::pressure_for_strain(table, Microstrain(met_ue)).0);
+        for level in levels.iter().skip(free) {
+            let mean_ue = self.mean_ue(level.strain_ue, table);
+            let share = mean_ue / larger(strain_ue(table, level.kpa), 1.0);
+            if mean_ue > met_ue && share < found.passing_share {
+                found.passing_share = share;
+            }
+        }
         Ok(found)
+    }
+
+    /// Mean of what the recipe's fingers would show where these show so much, µε.
+    fn mean_ue(&self, strain_ue: [f32; FINGERS], table: &FingerTable) -> f32 {
+        let castings = self.found.gain.into_iter().zip(self.found.stiffness);
+        let each = strain_ue.into_iter().zip(castings);
+        each.fold(0.0, |sum, (strain_ue, (gain, stiffness))| {
+            sum + recipes_ue(table, strain_ue, gain, stiffness) / FINGERS as f32
+        })
     }
 }
 
@@ -240,30 +261,36 @@ fn recipes_ue(table: &FingerTable, strain: f32, gain: f32, stiffness: f32) -> f3
 }
 
 impl Knee {
-    /// Whether the fingers have met at the last of these levels, on their way up.
+    /// Whether a finger has met another one at the last of these levels, on its way up.
     pub fn of(levels: &[Level], table: &FingerTable) -> Result<Option<Self>, SweepFault> {
-        let (mut steepest, mut last) = (0.0, 0.0);
-        for (index, pair) in levels.windows(2).enumerate() {
-            let [low, high] = pair else { continue };
-            let rise_ue = high.sum_ue() - low.sum_ue();
-            let expected = strain_ue(table, high.kpa) - strain_ue(table, low.kpa);
-            let slope = rise_ue / (FINGERS as f32 * larger(expected, 1.0));
-            if slope < KNEE * steepest {
-                let rounded = last < ROUNDED * steepest;
-                let free = index.saturating_add((!rounded).into());
-                if free < FEWEST {
-                    return Err(SweepFault::Contact);
-                }
-                return Ok(Some(Self {
-                    free,
-                    met_ue: high.strain_ue,
-                }));
+        let mut rounded = false;
+        for finger in 0..FINGERS {
+            let (mut steepest, mut last, mut slope) = (0.0, 0.0, 0.0);
+            for pair in levels.windows(2) {
+                let [low, high] = pair else { continue };
+                let expected = strain_ue(table, high.kpa) - strain_ue(table, low.kpa);
+                last = slope;
+                steepest = larger(steepest, last);
+                slope = (high.finger_ue(finger) - low.finger_ue(finger)) / larger(expected, 1.0);
             }
-            if slope <= 0.0 {
+            rounded |= last < ROUNDED * steepest;
+            if slope < KNEE * steepest {
+                // The step before the last, too, if any finger has slowed down by then.
+                let free = levels.len().saturating_sub(match rounded {
+                    true => 2,
+                    false => 1,
+                });
+                let met_ue = levels
+                    .last()
+                    .map_or([0.0; FINGERS], |level| level.strain_ue);
+                return match free < FEWEST {
+                    true => Err(SweepFault::Contact),
+                    false => Ok(Some(Self { free, met_ue })),
+                };
+            }
+            if slope <= 0.0 && levels.len() > 1 {
                 return Err(SweepFault::Shape);
             }
-            last = slope;
-            steepest = larger(steepest, slope);
         }
         Ok(None)
     }
