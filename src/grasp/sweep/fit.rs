@@ -32,10 +32,12 @@ impl Level {
 
 /// Fewer free levels make no curve.
 const FEWEST: usize = 3;
-/// A finger leaves its free curve where it rises by less than this share of what it did before …
-const KNEE: f32 = 0.5;
-/// … and the last level before that is free, too, if it still rose by this share.
-const ROUNDED: f32 = 0.8;
+/// A finger has met another one where it rises by less than this share of what it did in the step before, or in its steepest
+/// one: the slopes of a free finger change by a tenth from step to step, with noise by a fifth.
+const KNEE: f32 = 0.75;
+const BENT: f32 = 0.5;
+/// The step before is free, too, if it was no less than this share of the steepest.
+const ROUNDED: f32 = 0.85;
 /// What stops the fingers below this share of the strain at which the table says that they meet is no finger.
 const MEETS: f32 = 0.8;
 /// Error of a measured strain, as a share of full scale: hysteresis and creep that the two ways do not cancel.
@@ -274,7 +276,7 @@ impl Knee {
                 slope = (high.finger_ue(finger) - low.finger_ue(finger)) / larger(expected, 1.0);
             }
             rounded |= last < ROUNDED * steepest;
-            if slope < KNEE * steepest {
+            if slope < KNEE * last || slope < BENT * steepest {
                 // The step before the last, too, if any finger has slowed down by then.
                 let free = levels.len().saturating_sub(match rounded {
                     true => 2,
