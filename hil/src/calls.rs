@@ -120,38 +120,35 @@ impl Calls {
     }
 }
 
-/// A place in the image that loads a panic's message and panics.
+/// A place in the image that loads where it is and panics: an overflow, whose message the panic knows by itself.
 pub fn panic_site(image: &Image) -> Option<u64> {
-    let panic = image.function("core::panicking::panic_fmt").ok()?.address;
     let file = object::File::parse(image.bytes.as_slice()).ok()?;
     let memory = Memory::of(&file).ok()?;
+    let panics: Vec<u64> = image
+        .functions()
+        .filter(|(name, _)| name.contains("core::panicking::panic_const::"))
+        .map(|(_, symbol)| symbol.address)
+        .collect();
     let functions = image.functions().filter(|(name, _)| !is_panic(name));
     let calls =
         functions.flat_map(|(_, symbol)| (symbol.address..symbol.address + symbol.size).step_by(2));
-    // MOVW or MOVT, at least four of them, before the BL: message and place.
-    let loads = |at: u64| matches!(memory.half(at), Some(first) if first & 0xfb70 == 0xf240);
-    calls
-        .filter(|&at| {
-            let (first, second) = (memory.half(at), memory.half(at + 2));
-            first.zip(second).is_some_and(|(first, second)| {
-                matches!(decode(at, first, Some(second)), Step::Jump(to) if to == panic)
-            })
+    let panics = calls.filter(|&at| {
+        let (first, second) = (memory.half(at), memory.half(at + 2));
+        first.zip(second).is_some_and(|(first, second)| {
+            matches!(decode(at, first, Some(second)), Step::Jump(to) if panics.contains(&to))
         })
-        .filter_map(|call| {
-            // MOVS R1, #length stands among them, before the call or before a load.
-            let mut at = call;
-            let mut loaded = 0;
-            loop {
-                if loads(at - 4) {
-                    at -= 4;
-                    loaded += 1;
-                } else if memory.half(at - 2)? >> 11 == 0b00100 {
-                    at -= 2;
-                } else {
-                    return (loaded >= 4).then_some(at);
-                }
-            }
-        })
+    });
+    // Into R0: MOVW and MOVT, or the LDR of a word behind the function.
+    let is_move = |at: u64| matches!(memory.half(at), Some(first) if first & 0xfb70 == 0xf240);
+    let is_load = |at: u64| matches!(memory.half(at), Some(first) if first >> 8 == 0b0100_1000);
+    panics
+        .filter_map(
+            |call| match (is_load(call - 2), is_move(call - 4) && is_move(call - 8)) {
+                (true, _) => Some(call - 2),
+                (false, true) => Some(call - 8),
+                (false, false) => None,
+            },
+        )
         .next()
 }
 
