@@ -3,21 +3,28 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::Context as _;
-use sim::plant::Pins;
+use sim::hand::Hand;
+use sim::plant::{Pins, Plant};
+use sim::scenario::Scenario;
 use softgrip::telemetry::Indicators;
 
 use super::test::{Context, Outcome, Test};
 use crate::bench::{self, MS, Message, Record, Setup};
 use crate::board::Restart;
-use crate::closed_loop::{REST, pins_at_rest};
+use crate::closed_loop::{self, REST, gripper, pins_at_rest};
 use crate::flash;
 use crate::rtt::Host;
 
-pub const TESTS: [Test; 3] = [
+pub const TESTS: [Test; 4] = [
     Test {
         name: "settings: no late tick while they are stored",
         about: "a minute with a tare every 1.2 seconds; the last one is in use 20 ms after the next start",
         run: busy,
+    },
+    Test {
+        name: "settings: a free-bend sweep",
+        about: "of the simulated fingers, on a debugger's word: learned within a minute, stored, found by the next start; no late tick",
+        run: sweep,
     },
     Test {
         name: "settings: power cuts",
@@ -133,6 +140,61 @@ fn busy(context: &Context<'_>) -> anyhow::Result<Outcome> {
         format!("the next start found {found:?}, stored was {last:?}"),
     );
     outcome.must(told.ready, format!("after it the robot is told {told:?}"));
+    Ok(outcome)
+}
+
+/// The image runs, and knows the noise of its gauges, after this, ms.
+const RUNS_MS: u64 = 100;
+/// From the end of the arm's moves to the sweep, and the longest sweep, ms.
+const RESTS_MS: u64 = 500;
+const SWEEP_MS: u64 = 60_000;
+
+fn sweep(context: &Context<'_>) -> anyhow::Result<Outcome> {
+    let (chain, grasp) = closed_loop::fingers()?;
+    let mut nothing = *grasp;
+    // Out of reach.
+    nothing.sphere.depth_m = 1.0;
+    let hand = Hand::alike(chain);
+    let plant = Plant::new(&Scenario::default(), &gripper(), &hand, &nothing);
+    let asked_ms = RUNS_MS + (1e3 * plant.profile().duration_s()) as u64 + RESTS_MS;
+    let word = context.image.variable("SWEEP")?.address;
+    let setup = Setup::new(context.image, Host::Reading);
+    let kept = (plant, Vec::new());
+    let ((_, bytes), record) = bench::run(&setup, kept, move |(plant, bytes), moment| {
+        moment.set_levels(REST);
+        if moment.ms < RUNS_MS {
+            moment.set_pins(&pins_at_rest());
+            return Ok(true);
+        }
+        let (pins, _) = plant.step_pins(moment.command());
+        moment.set_pins(&pins);
+        if moment.ms == asked_ms {
+            moment.set_word(word, 1)?;
+        }
+        let goes_on = moment.ms < asked_ms + SWEEP_MS;
+        if !goes_on {
+            *bytes = moment.session.board_mut().flash().bytes();
+        }
+        Ok(goes_on)
+    })?;
+    let mut outcome = Outcome::default();
+    super::timing::jitter(&record, &mut outcome);
+    let told = |text: &str| {
+        record
+            .messages
+            .iter()
+            .filter(|m| m.text.contains(text))
+            .count()
+    };
+    outcome.must(told("Swept {") == 1, "no sweep has learned anything");
+    outcome.must(told("settings stored") == 1, "nothing was stored");
+    let (told, record) = start(context, bytes)?;
+    outcome.must(told.ready, format!("after it the robot is told {told:?}"));
+    let found = record
+        .messages
+        .iter()
+        .any(|m| m.text.contains("bytes stored"));
+    outcome.must(found, "the next start finds nothing");
     Ok(outcome)
 }
 
