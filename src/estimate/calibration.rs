@@ -30,6 +30,10 @@ pub struct Calibration {
 /// something, percent: the default of the setting.
 const AROUND_PERCENT: f32 = 75.0;
 
+/// What swept fingers lack at most of the strain with which they meet, percent: more than others may, because what they
+/// lack is no error of the table any more. Spheres and cylinders from 59 mm on make them lack 20 or more.
+const EMPTY_PERCENT: f32 = 10.0;
+
 /// Share of full scale by which a table may be wrong, percent, whatever a fit says: the default of the setting.
 const LEAST_CONTACT_PERCENT: f32 = 5.0;
 
@@ -37,7 +41,7 @@ impl Calibration {
     /// The settings that it stands for, by number, for [`Settings::with`](crate::settings::Settings::with). A curve that is
     /// known less well than the defaults take for granted makes contact of a larger residual. The regulator's delay is
     /// left as it is where nothing new was learned: `regulator_ms` is what it is now.
-    pub fn stated(&self, regulator_ms: f32, table: &FingerTable) -> [(u16, f32); 13] {
+    pub fn stated(&self, regulator_ms: f32, table: &FingerTable) -> [(u16, f32); 14] {
         let ([a, b, c], [x, y, z]) = (self.gain, self.stiffness);
         let [up_ms, down_ms] = self.lag_ms.map(|ms| larger(1.0, smaller(ms, 5_000.0)));
         // What the parabola and another close make of it.
@@ -53,6 +57,7 @@ impl Calibration {
             (231, y),
             (232, z),
             (240, self.meeting.map_or(0.0, |pressure| pressure.0)),
+            (241, EMPTY_PERCENT),
             (242, larger(0.0, smaller(AROUND_PERCENT, passing_percent))),
             (250, up_ms),
             (251, down_ms),
