@@ -73,9 +73,9 @@ impl Default for Settings {
             // open gauge, 97 % of the empty closes lacked less, and 0.2 % of the grips of objects wider than 56 mm.
             // Narrower spheres lie in the cage of fingers that meet, and hold nothing up.
             empty_percent: 4.0,
-            around_percent: 75.0,
+            around_percent: calibration::AROUND_PERCENT,
             contact_ue: 500.0,
-            contact_percent: 5.0,
+            contact_percent: calibration::CONTACT_PERCENT,
         }
     }
 }

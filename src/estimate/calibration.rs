@@ -28,14 +28,14 @@ pub struct Calibration {
 
 /// Fingers that bend on beyond where they meet and have less than this share of a free finger's strain bend around
 /// something, percent: the default of the setting.
-const AROUND_PERCENT: f32 = 75.0;
+pub(super) const AROUND_PERCENT: f32 = 75.0;
 
 /// What swept fingers lack at most of the strain with which they meet, percent: more than others may, because what they
 /// lack is no error of the table any more. Spheres and cylinders from 59 mm on make them lack 20 or more.
 const EMPTY_PERCENT: f32 = 10.0;
 
 /// Share of full scale by which a table may be wrong, percent, whatever a fit says: the default of the setting.
-const LEAST_CONTACT_PERCENT: f32 = 5.0;
+pub(super) const CONTACT_PERCENT: f32 = 5.0;
 
 impl Calibration {
     /// The settings that it stands for, by number, for [`Settings::with`](crate::settings::Settings::with). A curve that is
@@ -49,7 +49,7 @@ impl Calibration {
         let hysteresis = 100.0 * self.hysteresis_kpa / table.max_pressure_kpa;
         [
             (110, self.regulator_ms.unwrap_or(regulator_ms)),
-            (202, larger(LEAST_CONTACT_PERCENT, 2.0 * self.error_percent)),
+            (202, larger(CONTACT_PERCENT, 2.0 * self.error_percent)),
             (220, a),
             (221, b),
             (222, c),

@@ -35,19 +35,6 @@ const BEFORE_MEETING: f32 = 0.5;
 /// A way down tells hysteresis where it is at least this share of the loop.
 const TURNED: f32 = 0.3;
 
-/// Means over one window.
-#[derive(Debug, Clone, Copy, Default)]
-struct Window {
-    kpa: f32,
-    strain_ue: [f32; FINGERS],
-}
-
-impl Window {
-    fn sum_ue(&self) -> f32 {
-        self.strain_ue.iter().sum()
-    }
-}
-
 /// A mean of what has been measured more than once.
 #[derive(Debug, Clone, Copy, Default)]
 struct Mean {
@@ -84,15 +71,15 @@ pub(super) struct Sweep {
     rises: bool,
     windows: u8,
     ticks: u16,
-    sums: Window,
+    sums: Level,
     /// Of the present stop, and of the one before.
-    last: Option<Window>,
-    before: Window,
+    last: Option<Level>,
+    before: Level,
     /// Where the fingers have met on their way up.
     knee: Option<Knee>,
     noisy_stops: u8,
     /// Sums of pressure and strain since the stop began, beyond the stop before, …
-    area: Window,
+    area: Level,
     zero_ue: [f32; FINGERS],
     levels: [Level; LEVELS],
     /// Lag of a finger while the pressure rises and while it falls, ticks.
@@ -111,12 +98,12 @@ impl Sweep {
             rises: true,
             windows: 0,
             ticks: 0,
-            sums: Window::default(),
+            sums: Level::default(),
             last: None,
-            before: Window::default(),
+            before: Level::default(),
             knee: None,
             noisy_stops: 0,
-            area: Window::default(),
+            area: Level::default(),
             zero_ue: [0.0; FINGERS],
             levels: [Level::default(); LEVELS],
             lag_ticks: [Mean::default(); 2],
@@ -160,6 +147,10 @@ impl Sweep {
         let Some(pressure) = situation.air.measured else {
             return Ok(());
         };
+        if situation.contact.mean.is_none() {
+            // Such gauges tell contact alone, and nothing of a free bend.
+            return Err(SweepFault::Gauge);
+        }
         let strain_ue = [a.0, b.0, c.0];
         self.sums.kpa += pressure.0;
         self.area.kpa += pressure.0 - self.before.kpa;
@@ -188,11 +179,11 @@ impl Sweep {
     /// One mean more; says whether it was the last one of its stop.
     fn window(&mut self, table: &FingerTable) -> Result<bool, SweepFault> {
         let share = 1.0 / f32::from(WINDOW_TICKS);
-        let window = Window {
+        let window = Level {
             kpa: share * self.sums.kpa,
             strain_ue: self.sums.strain_ue.map(|sum| share * sum),
         };
-        self.sums = Window::default();
+        self.sums = Level::default();
         self.ticks = 0;
         self.windows = self.windows.saturating_add(1);
         let target_kpa = self.max_kpa * self.share();
@@ -211,7 +202,7 @@ impl Sweep {
         }
         let ended = self.take(window, table)?;
         self.before = window;
-        self.area = Window::default();
+        self.area = Level::default();
         self.last = None;
         self.windows = 0;
         if ended {
@@ -221,7 +212,7 @@ impl Sweep {
     }
 
     /// What the fingers show at a stop, and the way to the next; says whether it was the last one.
-    fn take(&mut self, window: Window, table: &FingerTable) -> Result<bool, SweepFault> {
+    fn take(&mut self, window: Level, table: &FingerTable) -> Result<bool, SweepFault> {
         let Some(index) = self.at else {
             self.zero_ue = window.strain_ue;
             self.at = Some(0);
@@ -301,7 +292,7 @@ impl Sweep {
 
     /// How far the strain came behind the pressure on the way to this stop: the area between both, each as a share of
     /// its step (Åström and Hägglund, Advanced PID Control, 2006, chapter 2: average residence time).
-    fn time(&mut self, window: Window) {
+    fn time(&mut self, window: Level) {
         let pressure_kpa = window.kpa - self.before.kpa;
         let strain_ue = window.sum_ue() - self.before.sum_ue();
         if pressure_kpa.abs() < REACHED_KPA || strain_ue * pressure_kpa <= 0.0 {

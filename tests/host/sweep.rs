@@ -1,10 +1,10 @@
 //! The free-bend sweep as a command: when it begins, what ends it, and that nothing but a whole one is believed.
 
-use crate::mock::{GaugeState, MockBoard};
+use crate::mock::{GaugeState, MockBoard, adjusted};
 use softgrip::command::{Refusal, SweepFault};
 use softgrip::fault::Fault;
 use softgrip::grasp::State;
-use softgrip::settings::{Calibration, Settings};
+use softgrip::settings::{Calibration, GaugeSense, Settings};
 use softgrip::table::FINGER;
 use softgrip::telemetry::Event;
 use softgrip::units::Kilopascals;
@@ -138,4 +138,13 @@ fn a_finger_that_something_holds_up_ends_a_sweep() {
         "{:?}",
         board.events
     );
+}
+
+#[test]
+fn gauges_that_see_contact_alone_tell_nothing_of_a_free_bend() {
+    let mut board = MockBoard::new(adjusted(|s| s.finger.gauge_sense = GaugeSense::Contact));
+    board.run(500);
+    board.step(Command::Sweep);
+    assert_eq!(finish(&mut board), None);
+    assert_eq!(board.count(rejected(SweepFault::Gauge)), 1);
 }

@@ -31,8 +31,6 @@ use crate::statistics::Histogram;
 
 /// Noise of the gauges, µε rms: of one hand after the other.
 const NOISE_UE: [f64; 3] = [20.0, 100.0, 300.0];
-/// So far below the palm there is nothing to touch, m.
-const OUT_OF_REACH_M: f64 = 1.0;
 /// Normal force of a finger that holds something, N: the weight of two grams.
 const HOLDS_N: f64 = 0.02;
 /// A close that has not been judged by then never is, s.
@@ -150,11 +148,11 @@ fn of_hand(recipe: &Recipe, seed: u64, grips: u32) -> anyhow::Result<Result<Hand
         let (nothing, object) = draw(&setup, &mut rng);
         for (closes, settings) in closes.iter_mut().zip([&settings, &calibrated]) {
             *closes += Closes {
-                empty: [1, u32::from(close(&nothing, settings)? == Judged::Empty)],
+                empty: [1, u32::from(close(&nothing, settings)?.0 == Judged::Empty)],
                 held: match close(&object, settings)? {
-                    Judged::Holding => [1, 1],
-                    Judged::Empty | Judged::Otherwise => [1, 0],
-                    Judged::NotHeld => [0, 0],
+                    (_, false) => [0, 0],
+                    (Judged::Holding, true) => [1, 1],
+                    (Judged::Empty | Judged::Otherwise, true) => [1, 0],
                 },
             };
         }
@@ -201,8 +199,7 @@ fn draw(setup: &Setup, rng: &mut ChaCha8Rng) -> (Setup, Setup) {
     };
     scenario.pressure_kpa = highest_kpa * rng.random_range(0.625..=1.0);
     scenario.friction = rng.random_range(0.6..=1.0);
-    let mut nothing = object.clone();
-    nothing.gripped_mut().depth_m = OUT_OF_REACH_M;
+    let nothing = object.emptied();
     let gripped = object.gripped_mut();
     gripped.depth_m += 1e-3 * rng.random_range(-3.0..=3.0);
     let (Object::Sphere { radius_m } | Object::Cylinder { radius_m, .. }) = &mut gripped.object;
@@ -217,16 +214,13 @@ enum Judged {
     Empty,
     /// A fault, a refusal, or nothing at all.
     Otherwise,
-    /// Fewer than two fingers press on the object, whatever is said of it.
-    NotHeld,
 }
 
-/// Closes the fingers of a setup once.
-fn close(setup: &Setup, settings: &Settings) -> anyhow::Result<Judged> {
+/// Closes the fingers of a setup once; says too whether at least two of them press on an object.
+fn close(setup: &Setup, settings: &Settings) -> anyhow::Result<(Judged, bool)> {
     let mut controller = run::controller(setup.table(), settings)?;
     let mut plant = setup.plant();
     let from_s = plant.profile().start_s(Phase::Grip);
-    let on_nothing = setup.gripped().depth_m >= OUT_OF_REACH_M;
     let grip = Grip::Pressure(Kilopascals(setup.scenario.pressure_kpa as f32));
     let (mut dac, mut asked) = (DacCode(0), false);
     for tick in 1.. {
@@ -247,13 +241,10 @@ fn close(setup: &Setup, settings: &Settings) -> anyhow::Result<Judged> {
         let late = truth.t_s > from_s + LONGEST_S;
         if let Some(judged) = judged.or(late.then_some(Judged::Otherwise)) {
             let pressing = truth.contact_n.iter().filter(|&&n| n > HOLDS_N).count();
-            return Ok(match on_nothing || pressing >= 2 {
-                true => judged,
-                false => Judged::NotHeld,
-            });
+            return Ok((judged, pressing >= 2));
         }
     }
-    Ok(Judged::Otherwise)
+    Ok((Judged::Otherwise, false))
 }
 
 /// Largest error of what is expected of free fingers, percent of full scale, at other pressures than the sweep's, up to
@@ -293,10 +284,9 @@ pub fn errors_percent(setup: &Setup, swept: &Swept) -> anyhow::Result<[f64; 2]> 
 /// Pressures, kPa, and what each gauge shows more than without pressure, µε, at rest on the way up, with nothing in the
 /// grip, of fingers that pass through one another.
 fn free_strains(setup: &Setup) -> Vec<(f64, [f64; FINGERS])> {
-    let mut free = setup.clone();
+    let mut free = setup.emptied();
     free.scenario.noise_ue = 0.0;
     free.gripper.hand.fingers_touch = false;
-    free.gripped_mut().depth_m = OUT_OF_REACH_M;
     let front_end = softgrip::frontend::FrontEnd::REFERENCE;
     let mut plant = free.plant();
     let mut rest = |kpa: f64| {

@@ -195,6 +195,17 @@ impl Setup {
         hand
     }
 
+    /// The same gripper with nothing in reach.
+    #[must_use]
+    pub fn emptied(&self) -> Self {
+        /// Below the palm, m.
+        const OUT_OF_REACH_M: f64 = 1.0;
+
+        let mut empty = self.clone();
+        empty.gripped_mut().depth_m = OUT_OF_REACH_M;
+        empty
+    }
+
     /// The gripper above the object.
     pub fn plant(&self) -> Plant {
         Plant::new(&self.scenario, &self.gripper, &self.hand(), &self.grasp)

@@ -11,8 +11,6 @@ use crate::plant::Plant;
 use crate::run;
 use crate::setup::Setup;
 
-/// So far below the palm there is nothing to touch, m.
-const OUT_OF_REACH_M: f64 = 1.0;
 /// A sweep that has not ended then never will, s.
 const LONGEST_S: f64 = 120.0;
 
@@ -30,9 +28,7 @@ pub struct Swept {
 /// # Errors
 /// If the settings are not valid, or the controller refuses the tare or the sweep; the message says why.
 pub fn sweep(setup: &Setup, settings: &Settings) -> anyhow::Result<Swept> {
-    let mut empty = setup.clone();
-    empty.gripped_mut().depth_m = OUT_OF_REACH_M;
-    sweep_with(empty.plant(), setup, settings)
+    sweep_with(setup.emptied().plant(), setup, settings)
 }
 
 /// As [`sweep`], of a gripper with whatever is in its grip.
@@ -94,9 +90,15 @@ impl Rig {
         let events: Vec<Event> = outputs.events.iter().copied().collect();
         for event in &events {
             match event {
-                Event::Refused(Refusal::SweepRejected(fault)) => bail!("sweep: {fault:?}"),
-                Event::Refused(Refusal::TareRejected(fault)) => bail!("tare: {fault:?}"),
-                Event::Fault { fault, .. } => bail!("fault: {fault:?}"),
+                Event::Refused(Refusal::SweepRejected(fault)) => bail!(
+                    "the sweep is refused: {fault:?} (docs/calibration.md says why, and what to do)"
+                ),
+                Event::Refused(Refusal::TareRejected(fault)) => {
+                    bail!("the tare is refused: {fault:?}")
+                }
+                Event::Fault { fault, .. } => bail!(
+                    "the gripper stops with the fault {fault:?} (docs/faults.md says why, and what to do)"
+                ),
                 _ => {}
             }
         }

@@ -12,7 +12,7 @@ use crate::units::{FINGERS, Kilopascals, Microstrain};
 
 /// Pressures of a sweep beside zero.
 pub(super) const LEVELS: usize = 12;
-/// One pressure, and what the fingers show there on the way up.
+/// A pressure, and what the fingers show there.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Level {
     pub kpa: f32,
