@@ -8,9 +8,9 @@ use crate::checksum::checksum;
 use crate::grasp::State;
 
 /// Words of an encoded record.
-pub const WORDS: usize = 20;
-/// Bytes of a source file's path that are kept: its end.
-const PATH: usize = 40;
+pub const WORDS: usize = 15;
+/// Calls that are kept of a panic: two of the language's own, and the way to where it happened.
+pub const CALLS: usize = 6;
 /// Ticks in which [`LOOP`] failures are a loop: ten seconds.
 const LOOP_TICKS: u32 = 10_000;
 /// Failures that make a loop.
@@ -28,38 +28,13 @@ pub enum Task {
     Telemetry,
 }
 
-/// The end of a source file's path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SourcePath([u8; PATH]);
-
-impl SourcePath {
-    /// Keeps the last 40 bytes.
-    pub fn new(path: &str) -> Self {
-        let mut kept = [0; PATH];
-        let end = path.as_bytes();
-        let end = end.last_chunk::<PATH>().map_or(end, |end| &end[..]);
-        for (kept, byte) in kept.iter_mut().zip(end) {
-            *kept = *byte;
-        }
-        Self(kept)
-    }
-
-    /// The path, or as much of it as is text.
-    pub fn as_str(&self) -> &str {
-        let text = core::str::from_utf8(&self.0).unwrap_or("?");
-        text.trim_end_matches('\0')
-    }
-}
-
 /// Why the program stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
     /// It panicked.
     Panic {
-        /// In this file.
-        file: SourcePath,
-        /// In this line; zero if the compiler did not say.
-        line: u32,
+        /// Where each call would have returned to, from the innermost out; zero beyond the last.
+        calls: [u32; CALLS],
     },
     /// The core took a hard fault.
     HardFault {
@@ -179,7 +154,7 @@ impl Failure {
     /// The record, its checksum last.
     pub fn encode(&self) -> [u32; WORDS] {
         let (kind, a, b, c) = match self.cause {
-            Cause::Panic { line, .. } => (1, line, 0, 0),
+            Cause::Panic { .. } => (1, 0, 0, 0),
             Cause::HardFault { pc, lr, cfsr } => (2, pc, lr, cfsr),
             Cause::StackFault { sp, cfsr } => (3, sp, cfsr, 0),
             Cause::Interrupt { number } => (4, number.cast_unsigned(), 0, 0),
@@ -196,14 +171,12 @@ impl Failure {
             self.since[0],
             self.since[1],
         ];
-        let path = match self.cause {
-            Cause::Panic { file, .. } => file.0,
-            _ => [0; PATH],
+        let calls = match self.cause {
+            Cause::Panic { calls } => calls,
+            _ => [0; CALLS],
         };
-        let (path, _) = path.as_chunks::<4>();
-        let path = path.iter().map(|bytes| u32::from_le_bytes(*bytes));
         let mut words = [0; WORDS];
-        for (word, value) in words.iter_mut().zip(head.into_iter().chain(path)) {
+        for (word, value) in words.iter_mut().zip(head.into_iter().chain(calls)) {
             *word = value;
         }
         words[WORDS - 1] = sum(&words);
@@ -215,19 +188,9 @@ impl Failure {
         if words[WORDS - 1] != sum(words) {
             return None;
         }
-        let [kind, a, b, c, tick, activity, last, first, ref rest @ ..] = *words;
+        let [kind, a, b, c, tick, activity, last, first, calls @ .., _] = *words;
         let cause = match kind {
-            1 => {
-                let mut path = [0; PATH];
-                let (chunks, _) = path.as_chunks_mut::<4>();
-                for (bytes, word) in chunks.iter_mut().zip(rest) {
-                    *bytes = word.to_le_bytes();
-                }
-                Cause::Panic {
-                    file: SourcePath(path),
-                    line: a,
-                }
-            }
+            1 => Cause::Panic { calls },
             2 => Cause::HardFault {
                 pc: a,
                 lr: b,
@@ -267,8 +230,14 @@ mod tests {
     use std::vec::Vec;
 
     const PANIC: Cause = Cause::Panic {
-        file: SourcePath([b'x'; PATH]),
-        line: 17,
+        calls: [
+            0x0800_1235,
+            0x0800_2345,
+            0x0800_0457,
+            0x0800_5679,
+            0xffff_fff9,
+            0,
+        ],
     };
 
     fn causes() -> [Cause; 6] {
@@ -324,15 +293,6 @@ mod tests {
             let words = core::array::from_fn(|_| noise.u32(..));
             assert_eq!(Failure::decode(&words), None);
         }
-    }
-
-    #[test]
-    fn a_long_path_keeps_its_end() {
-        assert_eq!(SourcePath::new("src/main.rs").as_str(), "src/main.rs");
-        let long = "/home/somebody/.cargo/registry/src/index/embassy-stm32-0.6.0/src/rcc/mod.rs";
-        let kept = SourcePath::new(long);
-        assert_eq!(kept.as_str(), &long[long.len() - PATH..]);
-        assert_eq!(SourcePath([0xff; PATH]).as_str(), "?");
     }
 
     /// After which of several failures, so many ticks after the start before each, a loop is seen.

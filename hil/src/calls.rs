@@ -120,42 +120,31 @@ impl Calls {
     }
 }
 
-/// A place in the image that loads where it is and panics: an overflow, whose message the panic knows by itself.
+/// Where the image calls a panic, by an instruction of four bytes.
 pub fn panic_site(image: &Image) -> Option<u64> {
     let file = object::File::parse(image.bytes.as_slice()).ok()?;
     let memory = Memory::of(&file).ok()?;
     let panics: Vec<u64> = image
         .functions()
-        .filter(|(name, _)| name.contains("core::panicking::panic_const::"))
+        .filter(|(name, _)| is_panic(name))
         .map(|(_, symbol)| symbol.address)
         .collect();
     let functions = image.functions().filter(|(name, _)| !is_panic(name));
-    let calls =
-        functions.flat_map(|(_, symbol)| (symbol.address..symbol.address + symbol.size).step_by(2));
-    let panics = calls.filter(|&at| {
-        let (first, second) = (memory.half(at), memory.half(at + 2));
-        first.zip(second).is_some_and(|(first, second)| {
-            matches!(decode(at, first, Some(second)), Step::Jump(to) if panics.contains(&to))
+    functions
+        .flat_map(|(_, symbol)| (symbol.address..symbol.address + symbol.size).step_by(2))
+        .find(|&at| {
+            let (first, second) = (memory.half(at), memory.half(at + 2));
+            first.zip(second).is_some_and(|(first, second)| {
+                matches!(decode(at, first, Some(second)), Step::Jump(to) if panics.contains(&to))
+            })
         })
-    });
-    // Into R0: MOVW and MOVT, or the LDR of a word behind the function.
-    let is_move = |at: u64| matches!(memory.half(at), Some(first) if first & 0xfb70 == 0xf240);
-    let is_load = |at: u64| matches!(memory.half(at), Some(first) if first >> 8 == 0b0100_1000);
-    panics
-        .filter_map(
-            |call| match (is_load(call - 2), is_move(call - 4) && is_move(call - 8)) {
-                (true, _) => Some(call - 2),
-                (false, true) => Some(call - 8),
-                (false, false) => None,
-            },
-        )
-        .next()
 }
 
 /// Functions that do nothing but panic.
 fn is_panic(name: &str) -> bool {
     name.contains("core::panicking::")
         || name.contains("rust_begin_unwind")
+        || name.contains("failsafe::panicked")
         || name.contains("unwrap_failed")
         || name.contains("expect_failed")
         || name.contains("_fail")

@@ -215,6 +215,13 @@ impl Image {
             .flat_map(|(name, symbols)| symbols.iter().map(move |symbol| (name.as_str(), *symbol)))
     }
 
+    /// The name of the function in which this address lies.
+    pub fn function_at(&self, address: u64) -> Option<&str> {
+        self.functions()
+            .find(|(_, symbol)| (symbol.address..symbol.address + symbol.size).contains(&address))
+            .map(|(name, _)| name)
+    }
+
     /// The variable whose name ends like this.
     pub fn variable(&self, name: &str) -> anyhow::Result<Symbol> {
         self.variables

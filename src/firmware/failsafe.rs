@@ -8,7 +8,7 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
-use softgrip::failure::{Cause, Failure, SourcePath};
+use softgrip::failure::{CALLS, Cause, Failure};
 
 use crate::{board, record};
 
@@ -23,23 +23,20 @@ fn stop() {
     board::safe_output();
 }
 
-// Inlined, it shows the compiler that nobody reads a message, and all of core's formatting goes: 4 kB of flash. File
-// and line say which panic it was.
+// Inlined, it shows the compiler that nobody reads messages and source locations, and they and all of core's formatting
+// go: 9 kB of flash, half of it the paths of the machine that it was built on. The calls lead to the place.
 #[expect(
     unused_attributes,
     reason = "it is exported by its name alone, and inlined when everything is linked"
 )]
 #[inline(always)]
 #[panic_handler]
-fn panic(info: &PanicInfo) -> ! {
-    match info.location() {
-        Some(place) => panicked(place.file(), place.line()),
-        None => panicked("", 0),
-    }
+fn panic(_: &PanicInfo) -> ! {
+    panicked()
 }
 
 #[inline(never)]
-fn panicked(file: &str, line: u32) -> ! {
+fn panicked() -> ! {
     /// A panic while telling the first one. Read and written here alone.
     static SPEAKING: AtomicBool = AtomicBool::new(false);
 
@@ -47,10 +44,37 @@ fn panicked(file: &str, line: u32) -> ! {
     if SPEAKING.swap(true, Relaxed) {
         reset()
     }
-    fail(Cause::Panic {
-        file: SourcePath::new(file),
-        line,
-    })
+    fail(Cause::Panic { calls: calls() })
+}
+
+/// Where the calls that led here would return to. The target's ABI keeps frames linked by R7: at it lies the caller's,
+/// and above that the return address.
+#[inline(always)]
+fn calls() -> [u32; CALLS] {
+    unsafe extern "C" {
+        static _stack_start: u32;
+    }
+    let top = &raw const _stack_start as u32;
+    let mut frame: u32;
+    // SAFETY: copies a register.
+    unsafe {
+        core::arch::asm!("mov {}, r7", out(reg) frame, options(nomem, nostack, preserves_flags))
+    };
+    let mut calls = [0; CALLS];
+    for call in &mut calls {
+        if !frame.is_multiple_of(4) || frame >= top.saturating_sub(8) {
+            break;
+        }
+        let words = frame as *const u32;
+        // SAFETY: two aligned words of the stack: the first frame is this function's, and each lies above the one before.
+        let (next, returns) = unsafe { (words.read(), words.add(1).read()) };
+        *call = returns;
+        if next <= frame {
+            break;
+        }
+        frame = next;
+    }
+    calls
 }
 
 // After a stack overflow there is no stack to work on, and a stack pointer that has gone astray may point to
@@ -120,9 +144,7 @@ fn reset() -> ! {
 /// Why the program stopped.
 fn say(cause: Cause) {
     match cause {
-        Cause::Panic { file, line } => {
-            defmt::error!("panicked at {=str}:{=u32}", file.as_str(), line)
-        }
+        Cause::Panic { calls } => defmt::error!("panicked, called from {:#010x}", calls),
         Cause::HardFault { pc, lr, cfsr } => defmt::error!(
             "hard fault at {=u32:#010x}, called from {=u32:#010x}, cause {=u32:#010x}",
             pc,

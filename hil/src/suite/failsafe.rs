@@ -11,6 +11,7 @@ use softgrip::units::{DacCode, Kilopascals};
 use super::incident::{since_ms, vented_and_back, while_holding};
 use super::test::{Context, Outcome, Test};
 use crate::bench::{self, MS, Record, Setup};
+use crate::calls;
 use crate::closed_loop::{REST, front_end, pins_at_rest};
 use crate::inject::{self, Derailment, Task, Wrong};
 use crate::rtt::Host;
@@ -39,7 +40,7 @@ pub const TESTS: [Test; 16] = [
     Test {
         name: "panic",
         about: "first the safe output, then the message, then the reset",
-        run: |context| crash(context, Wrong::Panic, "panicked at"),
+        run: |context| crash(context, Wrong::Panic, "panicked, called from"),
     },
     Test {
         name: "hard fault: undefined instruction",
@@ -80,7 +81,7 @@ pub const TESTS: [Test; 16] = [
     },
     Test {
         name: "panic that nobody heard",
-        about: "a host that comes after the restart is told file, line and state",
+        about: "a host that comes after the restart is told the calls and the state",
         run: unheard,
     },
     Test {
@@ -256,17 +257,26 @@ fn unheard(context: &Context<'_>) -> anyhow::Result<Outcome> {
     })?;
     let mut outcome = Outcome::default();
     outcome.must(record.resets.len() == 1, format!("{:?}", record.resets));
-    for says in ["while Idle:", "panicked at", ".rs:"] {
-        outcome.must(
-            record.message(0, says).is_some(),
-            format!("nothing says {says:?}"),
-        );
-    }
-    outcome.notes.extend(
-        record
-            .message(0, "panicked at")
-            .map(|message| message.text.clone()),
+    outcome.must(
+        record.message(0, "while Idle:").is_some(),
+        "nothing says what it was doing",
     );
+    let told = record.message(0, "panicked, called from");
+    let told = told.map_or("", |message| &message.text);
+    let calls: Vec<u64> = told
+        .split(['[', ']', ','])
+        .filter_map(|word| u64::from_str_radix(word.trim().strip_prefix("0x")?, 16).ok())
+        .collect();
+    // Behind the call of the panic there, a long instruction.
+    let site = calls::panic_site(image).context("the image never panics")? + 4;
+    outcome.must(
+        calls.contains(&(site | 1)),
+        format!("{told:?} does not lead to {site:#010x}"),
+    );
+    let names = calls.iter().filter_map(|&call| image.function_at(call));
+    outcome
+        .notes
+        .push(format!("{told}: {:?}", names.collect::<Vec<_>>()));
     Ok(outcome)
 }
 
@@ -313,7 +323,7 @@ fn restart_loop(context: &Context<'_>) -> anyhow::Result<Outcome> {
         format!("{says:?} is said {told} times"),
     );
     outcome.must(
-        record.message(8_000, "panicked at").is_some(),
+        record.message(8_000, "panicked, called from").is_some(),
         "it does not go on telling why",
     );
     let highest = record.dac.iter().filter_map(|write| write.code).max();
