@@ -23,8 +23,11 @@ use softgrip::units::DacCode;
 
 #[path = "stm32f4_flash.rs"]
 mod flash;
+#[path = "stm32f4_serial.rs"]
+mod serial;
 
 pub use flash::SettingsFlash;
+pub use serial::{Serial, SerialParts};
 
 use crate::links::HIGH_PRIORITY;
 
@@ -73,7 +76,7 @@ pub enum Clock {
 }
 
 /// Starts clocks and drivers. The output is safe before and after.
-pub fn init() -> (Board, SettingsFlash, Clock) {
+pub fn init() -> (Board, SettingsFlash, SerialParts, Clock) {
     let clock = match external_clock() {
         true => Clock::External,
         false => Clock::Internal,
@@ -94,8 +97,8 @@ pub fn init() -> (Board, SettingsFlash, Clock) {
     if misreads_bank_2() {
         hold_pa12_low();
     }
-    let (board, flash) = board(p);
-    (board, flash, clock)
+    let (board, flash, serial) = board(p);
+    (board, flash, serial, clock)
 }
 
 /// Silicon before revision 3 (A, Y and 1 by their numbers 0x1000, 0x1003 and 0x1007: RM0090, DBGMCU_IDCODE) reads bank 2
@@ -163,7 +166,7 @@ fn config(clock: Clock) -> Config {
     config
 }
 
-fn board(p: Peripherals) -> (Board, SettingsFlash) {
+fn board(p: Peripherals) -> (Board, SettingsFlash, SerialParts) {
     let pull = Pull::Up;
     let (off, slow) = (Level::Low, Speed::Low);
     let flash = SettingsFlash::new(p.FLASH);
@@ -196,7 +199,8 @@ fn board(p: Peripherals) -> (Board, SettingsFlash) {
             red: Output::new(p.PB14, off, slow),
         },
     };
-    (board, flash)
+    let serial = (p.USART6, p.PG9, p.PG14, p.PD14, p.DMA2_CH1, p.DMA2_CH6);
+    (board, flash, serial)
 }
 
 /// The executor of the control task, above the thread's and below the drivers' interrupts. UART5 is

@@ -10,6 +10,8 @@ compile_error!("choose a board: --features board-nucleo-f429zi");
 #[cfg(feature = "board-nucleo-f429zi")]
 #[path = "../boards/nucleo_f429zi.rs"]
 mod board;
+#[path = "firmware/bus.rs"]
+mod bus;
 #[path = "firmware/control.rs"]
 mod control;
 #[path = "firmware/failsafe.rs"]
@@ -77,7 +79,7 @@ async fn main(spawner: Spawner) {
             failsafe::tell(&failure);
         });
     }
-    let (board, flash, clock) = board::init();
+    let (board, flash, serial, clock) = board::init();
     let identity = Identity {
         reset,
         clock,
@@ -101,6 +103,8 @@ async fn main(spawner: Spawner) {
             let (sent, received) = links::events().expect("made once");
             spawner.spawn(telemetry::run(received, identity).expect("spawned once"));
             spawner.spawn(storage::run(keeper).expect("spawned once"));
+            let serial = board::Serial::new(serial, 115_200);
+            spawner.spawn(bus::run(serial).expect("spawned once"));
             let control = control::run(board, controller, clock, sent);
             board::high_priority().spawn(control.expect("spawned once"));
         }
