@@ -1,6 +1,7 @@
 //! Runs the image on the emulated board, and stops once per millisecond for a script.
 
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -25,13 +26,25 @@ use crate::rtt::{self, Rtt};
 /// Nanoseconds of a millisecond.
 pub const MS: u64 = 1_000_000;
 
-/// The control tick comes 0.84 ms after the whole millisecond. What stands at the pins changes just after it,
-/// so that a tick averages one state of the gripper and not two.
-const AFTER_THE_TICK: u64 = 890_000;
+/// When the control tick comes after the whole millisecond, and a little more: what stands at the pins changes just
+/// after it, so that a tick averages one state of the gripper and not two. It follows from how long the image takes to
+/// start, see [`find_tick`].
+static AFTER_THE_TICK: OnceLock<u64> = OnceLock::new();
+const A_LITTLE: u64 = 50_000;
 
 /// When the script is called for the `ms`th time.
 pub fn moment_at(ms: u64) -> VirtualNanos {
-    VirtualNanos(if ms == 0 { 0 } else { ms * MS + AFTER_THE_TICK })
+    let after = AFTER_THE_TICK.get().copied().unwrap_or(0);
+    VirtualNanos(if ms == 0 { 0 } else { ms * MS + after })
+}
+
+/// Finds out when the image's ticks come. To be called before any run that looks at more than that.
+pub fn find_tick(image: &Image) -> anyhow::Result<()> {
+    let setup = Setup::new(image, rtt::Host::Absent);
+    let ((), record) = run(&setup, (), |(), moment| Ok(moment.ms < 20))?;
+    let tick = record.ticks.last().context("the image never ticks")?;
+    AFTER_THE_TICK.get_or_init(|| (tick.at.0 + A_LITTLE) % MS);
+    Ok(())
 }
 
 /// A variable that gets a value once the firmware has set up its own.

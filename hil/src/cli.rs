@@ -12,6 +12,7 @@ use sim::scenario::{ObjectKind, Scenario};
 use sim::trace;
 use softgrip::settings::{FACTORY, Settings};
 
+use crate::bench;
 use crate::closed_loop::{self, Closed};
 use crate::image::{self, Image};
 use crate::suite;
@@ -128,10 +129,12 @@ fn milliseconds(text: &str) -> anyhow::Result<u64> {
 
 impl ImageArgs {
     fn read(&self) -> anyhow::Result<Image> {
-        match &self.image {
-            Some(path) => Image::read(path),
-            None => Image::read(&image::build()?),
-        }
+        let image = match &self.image {
+            Some(path) => Image::read(path)?,
+            None => Image::read(&image::build()?)?,
+        };
+        bench::find_tick(&image)?;
+        Ok(image)
     }
 }
 
