@@ -1,5 +1,5 @@
-//! The settings' flash in an STM32F42x or F43x (RM0090, chapter 3): the first two sectors of bank 2, of 16 KiB each. They
-//! can be erased while code runs from bank 1.
+//! The flash of settings and black box in an STM32F42x or F43x (RM0090, chapter 3): the first three sectors of bank 2, of
+//! 16 KiB each. They can be erased while code runs from bank 1.
 //!
 //! embassy's driver does the same and much more, which takes 3 kB of the image's 64.
 
@@ -17,7 +17,8 @@ use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash as AsyncReadNorFl
 
 const BASE: usize = 0x0810_0000;
 const SECTOR: usize = 16 << 10;
-const SIZE: usize = 2 * SECTOR;
+const SECTORS: usize = 3;
+const SIZE: usize = SECTORS * SECTOR;
 const WORD: usize = 4;
 /// What the first sector of bank 2 is called in the control register.
 const FIRST: u8 = 0b1_0000;
@@ -34,10 +35,11 @@ unsafe fn FLASH() {
         w.set_eopie(false);
         w.set_errie(false);
     });
+    pac::FLASH.sr().write(|w| w.set_eop(true));
     ENDED.signal(());
 }
 
-/// The two sectors; there is one flash, so there is one of these.
+/// The sectors; there is one flash, so there is one of these.
 pub struct SettingsFlash(Peri<'static, FLASH>);
 
 impl SettingsFlash {
@@ -49,7 +51,7 @@ impl SettingsFlash {
 }
 
 /// What is asked of the flash, and what it refuses.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Error {
     /// Beyond its end, or not whole words or sectors.
     Place,
@@ -117,7 +119,7 @@ impl ReadNorFlash for SettingsFlash {
         }
         let flash = BASE as *const u8;
         for (at, byte) in (at..).zip(bytes) {
-            // SAFETY: in the two sectors, which are readable and hold no variable.
+            // SAFETY: in the sectors, which are readable and hold no variable.
             *byte = unsafe { flash.add(at).read_volatile() };
         }
         Ok(())
@@ -145,7 +147,7 @@ impl NorFlash for SettingsFlash {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = SECTOR;
 
-    /// Waits for each word: 16 µs, at most 100 (DS9405, flash memory programming).
+    /// 16 µs for each word, at most 100 (DS9405, flash memory programming), in which others work.
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         let at = offset as usize;
         let (words, rest) = bytes.as_chunks::<WORD>();
@@ -153,16 +155,19 @@ impl NorFlash for SettingsFlash {
             return Err(Error::Place);
         }
         let _unlocked = Unlocked::new();
-        pac::FLASH.cr().write(|w| {
-            w.set_pg(true);
-            w.set_psize(Psize::PSIZE32);
-        });
         let flash = (BASE + at) as *mut u32;
         for (i, word) in words.iter().enumerate() {
-            // SAFETY: a word of the two sectors, which hold no variable.
+            ENDED.reset();
+            pac::FLASH.cr().write(|w| {
+                w.set_pg(true);
+                w.set_psize(Psize::PSIZE32);
+                w.set_eopie(true);
+                w.set_errie(true);
+            });
+            // SAFETY: a word of the sectors, which hold no variable.
             unsafe { flash.add(i).write_volatile(u32::from_le_bytes(*word)) };
             fence(Ordering::SeqCst);
-            while pac::FLASH.sr().read().bsy() {}
+            ENDED.wait().await;
             result(pac::FLASH.sr().read())?;
         }
         Ok(())
@@ -171,7 +176,10 @@ impl NorFlash for SettingsFlash {
     /// A quarter of a second, at most half of one (DS9405), in which others work.
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         let first = from as usize / SECTOR;
-        if from as usize != first * SECTOR || to as usize != from as usize + SECTOR || first > 1 {
+        if from as usize != first * SECTOR
+            || to as usize != from as usize + SECTOR
+            || first >= SECTORS
+        {
             return Err(Error::Place);
         }
         let _unlocked = Unlocked::new();

@@ -58,6 +58,7 @@ pub mod telemetry;
 mod checksum;
 pub mod failure;
 
+pub mod blackbox;
 pub mod storage;
 
 pub mod march;

@@ -88,6 +88,7 @@ async fn main(spawner: Spawner) {
     identity.tell();
 
     let keeper = storage::keeper(flash).expect("made once");
+    let black_box = keeper.black_box(failure.is_some());
     match Active::of(&keeper.values, &FINGER) {
         Ok(active) => {
             links::TELEMETRY_PERIOD_US.store(active.telemetry_us(), Relaxed);
@@ -105,7 +106,7 @@ async fn main(spawner: Spawner) {
             spawner.spawn(storage::run(keeper).expect("spawned once"));
             let serial = board::Serial::new(serial, 115_200);
             spawner.spawn(bus::run(serial).expect("spawned once"));
-            let control = control::run(board, controller, clock, sent);
+            let control = control::run(board, controller, clock, sent, black_box);
             board::high_priority().spawn(control.expect("spawned once"));
         }
         Err(error) => failsafe::stay(&|| defmt::error!("wrong settings: {}", error)),

@@ -135,6 +135,11 @@ impl<F: NorFlash + ReadNorFlash> Storage<F> {
         Self { flash, next: None }
     }
 
+    /// The flash, for what lies behind the two sectors.
+    pub fn flash(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
     /// Reads the newest record into `bytes`, as far as there is room; more than [`PAYLOAD`] are not needed.
     ///
     /// # Errors

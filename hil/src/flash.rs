@@ -1,4 +1,4 @@
-//! The settings' two sectors of flash, which the model of the part does not change: it knows the registers and the
+//! The sectors of flash that settings and black box have, which the model of the part does not change: it knows the registers and the
 //! times, and here is the array (RM0090, 3.6).
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,8 +15,9 @@ use rigless::time::{EventId, VirtualNanos};
 /// Where the sectors lie.
 pub const BASE: u64 = 0x0810_0000;
 const SECTOR: usize = 16 << 10;
-/// Bytes of both.
-pub const SIZE: usize = 2 * SECTOR;
+const SECTORS: u64 = 3;
+/// Bytes of all.
+pub const SIZE: usize = SECTORS as usize * SECTOR;
 /// What the first is called in the control register.
 const FIRST: u64 = 0b1_0000;
 /// Where the board has them answer: the core's accesses are led there, for where they lie the model has memory that
@@ -57,7 +58,7 @@ pub struct Array {
 }
 
 impl Array {
-    /// The two sectors as they come from the factory, or with something in them.
+    /// The sectors as they come from the factory, or with something in them.
     pub fn new(bytes: Option<&[u8]>) -> Self {
         let mut words = vec![u32::MAX; SIZE / 4];
         let (given, _) = bytes.unwrap_or_default().as_chunks::<4>();
@@ -244,7 +245,7 @@ impl Device for Programmer {
         let control = registers.get(Register::Cr);
         if register == Register::Cr && is_busy && !was_busy {
             let sector = cr::SNB.get(control);
-            if cr::SER.is_set(control) && (FIRST..FIRST + 2).contains(&sector) {
+            if cr::SER.is_set(control) && (FIRST..FIRST + SECTORS).contains(&sector) {
                 let sector = (sector - FIRST) as usize;
                 self.begin(Operation::Erase { sector }, 200_000_000, context);
             }

@@ -1,5 +1,6 @@
 //! What is proven about the image, test by test.
 
+mod blackbox;
 mod boot;
 mod budget;
 mod failsafe;
@@ -29,6 +30,7 @@ const NOT_APPLICABLE: [(&str, &str); 1] = [(
 fn tests() -> Vec<Test> {
     let mut tests = timing::TESTS.to_vec();
     tests.extend(storage::TESTS);
+    tests.extend(blackbox::TESTS);
     tests.extend(grasp::TESTS);
     tests.extend(failsafe::TESTS);
     tests.extend(boot::TESTS);

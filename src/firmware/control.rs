@@ -6,14 +6,16 @@ use core::sync::atomic::Ordering::Relaxed;
 
 use embassy_time::{Duration, Instant, Ticker};
 use heapless::spsc::Producer;
+use softgrip::blackbox::Recorder;
 use softgrip::inputs::Inputs;
 use softgrip::telemetry::{Event, Events};
 use softgrip::{Command, Controller, RawFrame, TICK_US};
 
 use crate::board::{self, Board, Clock, IndicatorPins, InputPins, Regulator};
 use crate::links::{
-    EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LEARNED, LONGEST_TICK_US, Numbered, SETTINGS,
-    SETTINGS_SENT, SWEEP, SWEPT, TARE, TARED, TELEMETRY_RAN, TICK, Tick,
+    BLACK_BOX_CHANGED, CLEAR_BLACK_BOX, EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LEARNED,
+    LONGEST_TICK_US, Numbered, SETTINGS, SETTINGS_SENT, SWEEP, SWEPT, TARE, TARED, TELEMETRY_RAN,
+    TICK, Tick,
 };
 use crate::{links, record};
 
@@ -23,6 +25,7 @@ pub async fn run(
     controller: &'static mut Controller,
     clock: Clock,
     events: Producer<'static, Numbered>,
+    black_box: Recorder,
 ) -> ! {
     let mut converter = board.converter;
     let mut control = Control {
@@ -32,6 +35,7 @@ pub async fn run(
         regulator: board.regulator,
         indicators: board.indicators,
         events,
+        black_box,
         number: 0,
     };
     if clock == Clock::Internal {
@@ -68,6 +72,7 @@ struct Control {
     regulator: Regulator,
     indicators: IndicatorPins,
     events: Producer<'static, Numbered>,
+    black_box: Recorder,
     /// The number of the last event.
     number: u32,
 }
@@ -99,6 +104,13 @@ impl Control {
             snapshot: outputs.snapshot,
         });
         self.send(now, &outputs.events);
+        if CLEAR_BLACK_BOX.swap(0, Relaxed) != 0 {
+            self.black_box.clear();
+            self.keep_black_box();
+        }
+        if self.black_box.step(&frame, outputs.dac) {
+            self.keep_black_box();
+        }
         let took_us = Instant::now().as_micros().saturating_sub(began.as_micros());
         LONGEST_TICK_US.fetch_max(took_us as u32, Relaxed);
         // Only a tick gets here, so the watchdog is fed when both tasks are alive.
@@ -117,6 +129,12 @@ impl Control {
         }
     }
 
+    /// What stands in the black box is to be stored, or that nothing does.
+    fn keep_black_box(&self) {
+        BLACK_BOX_CHANGED.store(true, Relaxed);
+        LEARNED.signal(());
+    }
+
     #[inline(never)]
     fn pass_calibration(&mut self) {
         if let Some(found) = self.controller.take_calibration() {
@@ -128,6 +146,7 @@ impl Control {
     /// Passes a tick's events on, and counts what finds no room.
     fn send(&mut self, at: softgrip::units::Instant, events: &Events) {
         for &event in events.iter() {
+            self.black_box.report(at, &event);
             match event {
                 Event::Tared => {
                     TARED.signal(self.controller.tare_ue());

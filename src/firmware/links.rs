@@ -6,6 +6,7 @@ use embassy_executor::InterruptExecutor;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use heapless::spsc::{Consumer, Producer, Queue};
+use softgrip::blackbox::{self, Memory};
 use softgrip::settings::{Active, Calibration};
 use softgrip::telemetry::{Event, Snapshot};
 use softgrip::units::{DacCode, FINGERS, Instant};
@@ -27,8 +28,8 @@ pub struct Tick {
     pub snapshot: Snapshot,
 }
 
-/// Four ticks that are as eventful as a tick can be.
-pub const EVENTS_HELD: usize = 4 * softgrip::telemetry::EVENTS;
+/// Two ticks that are as eventful as a tick can be.
+pub const EVENTS_HELD: usize = 2 * softgrip::telemetry::EVENTS;
 
 /// Runs the control task; polled by the board's spare interrupt.
 pub static HIGH_PRIORITY: InterruptExecutor = InterruptExecutor::new();
@@ -86,6 +87,17 @@ pub fn send_settings(active: Active) {
     SETTINGS.signal(active);
     SETTINGS_SENT.store(true, Relaxed);
 }
+
+/// The black box. The control task writes it, and nobody once something stands there.
+#[unsafe(link_section = ".uninit.record")]
+pub static BLACK_BOX: Memory = [const { AtomicU32::new(0) }; blackbox::WORDS];
+
+/// What stands in it has been seen: it is to run again. The control task reads and clears it.
+#[used]
+pub static CLEAR_BLACK_BOX: AtomicU32 = AtomicU32::new(0);
+
+/// Something has come to stand in it, or has been cleared. The storage task reads and clears it.
+pub static BLACK_BOX_CHANGED: AtomicBool = AtomicBool::new(false);
 
 /// Events that found no room since start-up. The telemetry task reads it.
 pub static EVENTS_LOST: AtomicU32 = AtomicU32::new(0);

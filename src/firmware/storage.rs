@@ -1,12 +1,19 @@
 //! The settings in flash: read once at the start, and written by a task of their own, below all others.
 
+use core::sync::atomic::Ordering::Relaxed;
+
+use embedded_storage_async::nor_flash::NorFlash;
+use softgrip::blackbox::{self, Phase, Recorder};
 use softgrip::settings::{Active, Calibration, ENCODED_BYTES, FACTORY, Values};
 use softgrip::storage::{SaveError, Storage, Stored};
 use softgrip::table::FINGER;
 use softgrip::units::FINGERS;
 
 use crate::board::SettingsFlash;
-use crate::links::{self, LEARNED, SWEPT, TARED};
+use crate::links::{self, BLACK_BOX, BLACK_BOX_CHANGED, LEARNED, SWEPT, TARED};
+
+/// Where the black box lies in flash: in the sector behind those of the settings.
+const BLACK_BOX_AT: u32 = 2 * SettingsFlash::ERASE_SIZE as u32;
 
 /// The numbers of the settings that a tare changes.
 const TARE: [u16; FINGERS] = [510, 511, 512];
@@ -52,6 +59,31 @@ impl Keeper {
                 defmt::error!("the stored settings are damaged: the factory's are used");
                 self.invalid = true;
             }
+        }
+    }
+
+    /// The black box, with what stands in flash, or else has come before a restart. To be called once.
+    pub fn black_box(&mut self, failed: bool) -> Recorder {
+        let stored = blackbox::restore(self.storage.flash(), BLACK_BOX_AT, &BLACK_BOX);
+        let recorder = Recorder::new(&BLACK_BOX, failed);
+        if recorder.stands() && stored != Ok(true) {
+            BLACK_BOX_CHANGED.store(true, Relaxed);
+            LEARNED.signal(());
+        }
+        recorder
+    }
+
+    /// Stores what has come to stand in the black box, or that nothing does any more.
+    async fn save_black_box(&mut self) {
+        let phase = BLACK_BOX.first().map_or(0, |word| word.load(Relaxed));
+        let flash = self.storage.flash();
+        let saved = match Phase::of(phase) {
+            Some(Phase::Stands) => blackbox::keep(flash, BLACK_BOX_AT, &BLACK_BOX).await,
+            _ => blackbox::forget(flash, BLACK_BOX_AT).await,
+        };
+        match saved {
+            Ok(()) => defmt::info!("black box stored"),
+            Err(_) => defmt::error!("black box not stored: the flash refuses"),
         }
     }
 
@@ -132,12 +164,18 @@ pub async fn run(keeper: &'static mut Keeper) -> ! {
     }
     loop {
         LEARNED.wait().await;
-        if let Some(tare_ue) = TARED.try_take() {
+        let (tared, swept) = (TARED.try_take(), SWEPT.try_take());
+        if let Some(tare_ue) = tared {
             keeper.keep_tare(tare_ue);
         }
-        if let Some(found) = SWEPT.try_take() {
-            keeper.keep_fingers(&found);
+        if let Some(found) = &swept {
+            keeper.keep_fingers(found);
         }
-        keeper.save().await;
+        if tared.is_some() || swept.is_some() {
+            keeper.save().await;
+        }
+        if BLACK_BOX_CHANGED.swap(false, Relaxed) {
+            keeper.save_black_box().await;
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Tests of the public library on a mocked board.
 
+mod blackbox;
 mod board_limits;
 mod commands;
 mod faults;
