@@ -1,0 +1,228 @@
+//! The bus in the control tick: one of its commands at a time, after what the digital inputs want.
+
+use crate::command::{Answer, Command, Refusal};
+use crate::controller::{Controller, Outputs};
+use crate::detect::Loss;
+use crate::event::{Event, Events};
+use crate::fault::GaugeFault;
+use crate::telemetry::Snapshot;
+use crate::units::FINGERS;
+
+/// One request leads to no more commands: an acknowledgement, a speed, a grip, a hint about the arm.
+const MOST_WISHES: usize = 4;
+
+/// One thing that the bus wants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wish {
+    /// This command.
+    Command(Command),
+    /// An acknowledgement, unless a fault is latched: of a loss alone.
+    AcknowledgeLoss,
+}
+
+/// What one request wants of the next ticks, in this order: one thing of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wishes([Option<Wish>; MOST_WISHES]);
+
+impl Wishes {
+    /// Nothing.
+    pub const NONE: Self = Self([None; MOST_WISHES]);
+
+    /// Appends one. There is room for what any request wants.
+    pub fn add(&mut self, wish: Wish) {
+        if let Some(place) = self.0.iter_mut().find(|place| place.is_none()) {
+            *place = Some(wish);
+        }
+    }
+
+    /// Whether nothing is wanted any more.
+    pub fn is_empty(&self) -> bool {
+        self.0.iter().all(Option::is_none)
+    }
+
+    fn take(&mut self) -> Option<Wish> {
+        self.0.iter_mut().find_map(Option::take)
+    }
+
+    /// Leaves out what would close the fingers, or all; whether there was anything to be done.
+    fn drop(&mut self, all: bool) -> bool {
+        let mut dropped = false;
+        for place in &mut self.0 {
+            match place {
+                Some(Wish::Command(Command::Alive)) | None => {}
+                Some(Wish::Command(Command::Grip(_) | Command::Sweep)) => {
+                    *place = None;
+                    dropped = true;
+                }
+                Some(_) if all => {
+                    *place = None;
+                    dropped = true;
+                }
+                Some(_) => {}
+            }
+        }
+        dropped
+    }
+}
+
+/// What has become of a request's commands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fate {
+    /// The last is being carried out.
+    Accepted,
+    /// The last asks for what is being done already.
+    Unchanged,
+    /// One is not carried out.
+    Refused(Refusal),
+    /// A stop, or a release by the digital inputs, came before one of them.
+    Dropped,
+}
+
+/// What has happened since the start, for those who look now and then. The numbers wrap.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Record {
+    /// Holds that were recognised.
+    pub holds: u16,
+    /// Losses.
+    pub losses: u16,
+    /// The latest one.
+    pub loss: Option<Loss>,
+    /// Refusals.
+    pub refusals: u16,
+    /// The latest one.
+    pub refusal: Option<Refusal>,
+    /// Tares that gave new offsets.
+    pub tares: u16,
+    /// Sweeps that have learned the fingers.
+    pub sweeps: u16,
+    /// Events that found no room in their tick.
+    pub lost_events: u16,
+}
+
+impl Record {
+    fn add(&mut self, events: &Events) {
+        for event in events.iter() {
+            let count = match *event {
+                Event::Holding { .. } => &mut self.holds,
+                Event::Lost(loss) => {
+                    self.loss = Some(loss);
+                    &mut self.losses
+                }
+                Event::Refused(refusal) => {
+                    self.refusal = Some(refusal);
+                    &mut self.refusals
+                }
+                Event::Tared => &mut self.tares,
+                Event::Swept { .. } => &mut self.sweeps,
+                _ => continue,
+            };
+            *count = count.wrapping_add(1);
+        }
+        self.lost_events = self.lost_events.wrapping_add(events.lost().into());
+    }
+}
+
+/// The gripper after a tick, as the bus shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Status {
+    /// The tick.
+    pub snapshot: Snapshot,
+    /// What has become of the commands; none if there was none but [`Command::Alive`].
+    pub fate: Option<Fate>,
+    /// What has happened so far.
+    pub record: Record,
+    /// What has failed of each gauge.
+    pub gauges: [Option<GaugeFault>; FINGERS],
+}
+
+/// What the control tick keeps of the bus.
+#[derive(Debug, Clone, Copy)]
+pub struct Link {
+    wishes: Wishes,
+    /// Somebody waits for a status.
+    asked: bool,
+    /// The command of this tick is the bus's.
+    is_from_bus: bool,
+    is_in_fault: bool,
+    fate: Option<Fate>,
+    record: Record,
+}
+
+impl Link {
+    /// Nobody wants anything.
+    pub fn new() -> Self {
+        Self {
+            wishes: Wishes::NONE,
+            asked: false,
+            is_from_bus: false,
+            is_in_fault: false,
+            fate: None,
+            record: Record::default(),
+        }
+    }
+
+    /// Takes what a request wants; [`Link::ticked`] gives a status when it has been done. What is left of one before is
+    /// dropped.
+    pub fn ask(&mut self, wishes: Wishes) {
+        self.wishes = wishes;
+        self.asked = true;
+        self.fate = None;
+    }
+
+    /// The command of the next tick, where the digital inputs want `pins`. They come first, and the bus waits for a tick
+    /// in which they want nothing. A stop drops what the bus wants, a release what would close the fingers.
+    pub fn command(&mut self, pins: Command) -> Command {
+        self.is_from_bus = false;
+        let dropped = match pins {
+            Command::Continue => return self.next(),
+            Command::Stop => self.wishes.drop(true),
+            Command::Release => self.wishes.drop(false),
+            _ => false,
+        };
+        if dropped {
+            self.fate = Some(Fate::Dropped);
+        }
+        pins
+    }
+
+    fn next(&mut self) -> Command {
+        let command = match self.wishes.take() {
+            Some(Wish::Command(command)) => command,
+            Some(Wish::AcknowledgeLoss) if !self.is_in_fault => Command::Acknowledge,
+            Some(Wish::AcknowledgeLoss) | None => return Command::Continue,
+        };
+        self.is_from_bus = command != Command::Alive;
+        command
+    }
+
+    /// Takes what the tick has put out. A status once all that was asked for has been done.
+    pub fn ticked(&mut self, controller: &Controller, outputs: &Outputs) -> Option<Status> {
+        self.record.add(&outputs.events);
+        self.is_in_fault = outputs.snapshot.state.fault().is_some();
+        if let (true, Some(answer)) = (self.is_from_bus, outputs.answer)
+            && !matches!(self.fate, Some(Fate::Refused(_) | Fate::Dropped))
+        {
+            self.fate = Some(match answer {
+                Answer::Accepted => Fate::Accepted,
+                Answer::Unchanged => Fate::Unchanged,
+                Answer::Refused(refusal) => Fate::Refused(refusal),
+            });
+        }
+        if !self.asked || !self.wishes.is_empty() {
+            return None;
+        }
+        self.asked = false;
+        Some(Status {
+            snapshot: outputs.snapshot,
+            fate: self.fate.take(),
+            record: self.record,
+            gauges: controller.gauge_faults(),
+        })
+    }
+}
+
+impl Default for Link {
+    fn default() -> Self {
+        Self::new()
+    }
+}
