@@ -15,15 +15,22 @@ mod own;
 mod registers;
 
 pub use link::{Fate, Link, Record, Status, Wish, Wishes};
-pub use registers::{Access, MAP_VERSION, REGISTERS, Register};
+pub use numbers::{DETAILS, REFUSALS};
+pub use registers::{Access, Item, MAP_VERSION, REGISTERS, Register, SETTINGS_FROM, Shape};
 
-use compatible::Compatible;
+use compatible::{Compatible, Fingers};
 use own::Own;
+use registers::{At, Half};
 
-use crate::modbus::{Exception, Frame, Range, Reply};
+use crate::command::Command;
+use crate::grasp::State;
+use crate::modbus::{Exception, Frame, Function, Range, Reply, Request, STALE_US};
 use crate::settings::Values;
 use crate::table::FingerTable;
-use crate::units::Instant;
+use crate::units::{Instant, Kilopascals};
+
+/// The number of the setting `regulator.max_pressure_kpa`.
+const MAX_PRESSURE: u16 = 100;
 
 /// What a request asks for before it is answered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,11 +48,18 @@ pub struct Work {
 #[derive(Debug, Clone, Copy)]
 struct Waiting {
     since: Instant,
-    is_broadcast: bool,
     code: u8,
-    write_address: u16,
-    write_count: u16,
+    /// What is echoed of a write: address, and value or count.
+    echo: [u16; 2],
     read: Range,
+}
+
+/// What a write wants.
+enum Write {
+    Nothing,
+    Compatible { place: u16 },
+    Own,
+    Settings(Values),
 }
 
 /// What a robot sees and wants.
@@ -55,6 +69,8 @@ pub struct Robot {
     table: &'static FingerTable,
     compatible: Compatible,
     own: Own,
+    /// In the last status a sweep was running.
+    sweeps: bool,
     waiting: Option<Waiting>,
 }
 
@@ -66,6 +82,7 @@ impl Robot {
             table,
             compatible: Compatible::new(),
             own: Own::new(),
+            sweeps: false,
             waiting: None,
         }
     }
@@ -73,8 +90,8 @@ impl Robot {
     /// Takes a request that came at `now`, and the settings in use, which it may change. A request that waits for its
     /// answer is given up.
     ///
-    /// Some work: [`Robot::answer`] is to be called with the status after it. None: `reply` is to be sent at once; it is
-    /// an exception, and nothing has been changed, or empty, where nobody is to be answered.
+    /// Some work: [`Robot::answer`] is to be called with the status after it, also for a broadcast. None: `reply` is to
+    /// be sent at once; it is an exception, and nothing has been changed, or empty, where nobody is to be answered.
     pub fn request(
         &mut self,
         now: Instant,
@@ -83,14 +100,160 @@ impl Robot {
         reply: &mut Reply,
     ) -> Option<Work> {
         self.waiting = None;
-        let _ = (now, self.table, &self.own, values);
-        reply.except(self.id, frame.code, Exception::DeviceFailure);
-        None
+        reply.clear();
+        let work = frame
+            .request
+            .and_then(|request| self.take(now, &request, values));
+        self.own.count(work.is_ok());
+        match work {
+            Ok(work) => {
+                if frame.is_broadcast {
+                    self.waiting = None;
+                }
+                Some(work)
+            }
+            Err(exception) => {
+                if !frame.is_broadcast {
+                    reply.except(self.id, frame.code, exception);
+                }
+                None
+            }
+        }
+    }
+
+    /// Carries a request out, all of it or nothing.
+    fn take(
+        &mut self,
+        now: Instant,
+        request: &Request,
+        values: &mut Values,
+    ) -> Result<Work, Exception> {
+        let fingers = self.fingers(values);
+        let write = self.check(request, values, &fingers)?;
+        let mut work = Work {
+            wishes: Wishes::NONE,
+            settings_changed: false,
+            save: false,
+        };
+        match write {
+            Write::Nothing => {}
+            Write::Compatible { place } => {
+                let written = request.values.iter();
+                let compatible = &mut self.compatible;
+                if compatible.write(now, place, written, &fingers, &mut work.wishes) {
+                    self.own.acknowledge();
+                }
+            }
+            Write::Own => work.save = self.write_own(request, &mut work.wishes),
+            Write::Settings(new) => {
+                *values = new;
+                self.own.changed = true;
+                work.settings_changed = true;
+            }
+        }
+        if work.wishes.is_empty() {
+            self.compatible.go_if_due(&fingers, &mut work.wishes);
+        }
+        if work.wishes.is_empty() {
+            work.wishes.add(Wish::Command(Command::Alive));
+        }
+        let first = request.values.iter().next().unwrap_or_default();
+        self.waiting = Some(Waiting {
+            since: now,
+            code: request.function as u8,
+            echo: match request.function {
+                Function::WriteOne => [request.write_address, first],
+                _ => [request.write_address, request.values.count()],
+            },
+            read: request.read,
+        });
+        Ok(work)
+    }
+
+    /// Writes to the own block. True if the settings are to be stored.
+    fn write_own(&mut self, request: &Request, wishes: &mut Wishes) -> bool {
+        let mut save = false;
+        for (address, value) in request.written() {
+            if let Some(At::Item(item, _)) = registers::find(address) {
+                self.own.write(item, value);
+            }
+        }
+        // A command takes what the same request has written behind it, too.
+        for (address, _) in request.written() {
+            if let Some(At::Item(item, _)) = registers::find(address) {
+                save |= self.own.act(item, wishes);
+            }
+        }
+        save
+    }
+
+    /// Checks all of a request, and says what it wants to write.
+    fn check(
+        &self,
+        request: &Request,
+        values: &Values,
+        fingers: &Fingers,
+    ) -> Result<Write, Exception> {
+        for address in request.read.addresses() {
+            match registers::find(address) {
+                Some(At::Item(..)) => {}
+                Some(At::Setting(number, _)) if values.get(number).is_some() => {}
+                _ => return Err(Exception::IllegalAddress),
+            }
+        }
+        if request.values.count() == 0 {
+            return Ok(Write::Nothing);
+        }
+        let write = match registers::find(request.write_address) {
+            Some(At::Item(Item::Action, _)) => Write::Compatible { place: 0 },
+            Some(At::Item(Item::Position, _)) => Write::Compatible { place: 1 },
+            Some(At::Item(Item::SpeedForce, _)) => Write::Compatible { place: 2 },
+            Some(At::Item(..)) => Write::Own,
+            // Half a value is none.
+            Some(At::Setting(_, Half::Upper)) if request.values.count().is_multiple_of(2) => {
+                return self.check_settings(request, *values);
+            }
+            Some(At::Setting(..)) | None => return Err(Exception::IllegalAddress),
+        };
+        for (address, value) in request.written() {
+            match (&write, registers::find(address)) {
+                (Write::Compatible { .. }, Some(At::Item(item, _)))
+                    if item.access() == Access::ReadWrite => {}
+                (Write::Own, Some(At::Item(item, _))) => Own::check(item, value, fingers)?,
+                _ => return Err(Exception::IllegalAddress),
+            }
+        }
+        Ok(write)
+    }
+
+    /// The settings with what a request writes of them.
+    fn check_settings(&self, request: &Request, mut values: Values) -> Result<Write, Exception> {
+        // A sweep would be judged by other settings than it began with.
+        if self.sweeps {
+            return Err(Exception::Busy);
+        }
+        let mut upper = 0;
+        for (address, value) in request.written() {
+            match registers::find(address) {
+                Some(At::Setting(_, Half::Upper)) => upper = value,
+                Some(At::Setting(number, Half::Lower)) => {
+                    values.get(number).ok_or(Exception::IllegalAddress)?;
+                    let bits = u32::from(upper) << 16 | u32::from(value);
+                    let set = values.set(number, f32::from_bits(bits));
+                    set.map_err(|_| Exception::IllegalValue)?;
+                }
+                _ => return Err(Exception::IllegalAddress),
+            }
+        }
+        match values.problems(self.table.max_pressure_kpa).next() {
+            None => Ok(Write::Settings(values)),
+            Some(_) => Err(Exception::IllegalValue),
+        }
     }
 
     /// Writes the reply to the request that waits: with the status of the tick that has done the last of its work.
     /// `damaged`: [`Receiver::damaged`](crate::modbus::Receiver::damaged). The reply is empty where nobody is to be
-    /// answered, and where it would come later than [`STALE_US`](crate::modbus::STALE_US) after the request.
+    /// answered, and where it would come later than [`STALE_US`] after the request.
     pub fn answer(
         &mut self,
         now: Instant,
@@ -99,11 +262,71 @@ impl Robot {
         values: &Values,
         reply: &mut Reply,
     ) {
-        let _ = (now, status, damaged, values, reply, &self.compatible);
+        reply.clear();
+        self.sweeps = matches!(status.snapshot.state, State::Sweeping { .. });
+        self.compatible.observe(status);
+        self.own.observe(status);
+        let waiting = self.waiting.take();
+        let Some(waiting) = waiting.filter(|it| now.micros_since(it.since) <= STALE_US) else {
+            return;
+        };
+        reply.begin(self.id, waiting.code);
+        if waiting.read.count > 0 {
+            reply.byte((waiting.read.count << 1) as u8);
+            let fingers = self.fingers(values);
+            for address in waiting.read.addresses() {
+                let word = match registers::find(address) {
+                    Some(At::Item(item, offset)) => {
+                        self.shows(item, offset, status, damaged, &fingers)
+                    }
+                    Some(At::Setting(number, half)) => {
+                        let bits = values.get(number).unwrap_or_default().to_bits();
+                        half.of(bits)
+                    }
+                    None => 0,
+                };
+                reply.word(word);
+            }
+        } else {
+            let [address, value] = waiting.echo;
+            reply.word(address);
+            reply.word(value);
+        }
+        reply.finish();
+    }
+
+    /// The register with this offset in the item's row.
+    fn shows(
+        &mut self,
+        item: Item,
+        offset: u16,
+        status: &Status,
+        damaged: u16,
+        fingers: &Fingers,
+    ) -> u16 {
+        let compatible = &mut self.compatible;
+        match item {
+            Item::Action => compatible.written(0),
+            Item::Position => compatible.written(1),
+            Item::SpeedForce => compatible.written(2),
+            Item::Status => compatible.shows(0, status, fingers),
+            Item::FaultEcho => compatible.shows(1, status, fingers),
+            Item::PositionPressure => compatible.shows(2, status, fingers),
+            Item::Activated => compatible.is_active().into(),
+            Item::Damaged => damaged,
+            _ => self.own.shows(item, offset, status, fingers),
+        }
     }
 
     /// The settings have been stored, or could not be.
     pub fn stored(&mut self, good: bool) {
-        let _ = good;
+        self.own.changed = !good;
+    }
+
+    fn fingers(&self, values: &Values) -> Fingers {
+        Fingers {
+            table: self.table,
+            limit: Kilopascals(values.get(MAX_PRESSURE).unwrap_or_default()),
+        }
     }
 }

@@ -22,9 +22,14 @@ impl Reply {
         }
     }
 
+    /// Nothing is to be sent.
+    pub fn clear(&mut self) {
+        self.length = 0;
+    }
+
     /// Begins anew, as the slave with this id.
     pub fn begin(&mut self, id: u8, code: u8) {
-        self.length = 0;
+        self.clear();
         self.byte(id);
         self.byte(code);
     }
@@ -40,19 +45,21 @@ impl Reply {
     pub fn byte(&mut self, byte: u8) {
         if let Some(place) = self.bytes.get_mut(self.length) {
             *place = byte;
-            self.length += 1;
+            self.length = self.length.saturating_add(1);
         }
     }
 
     /// Appends a register's value, or an address or a count.
     pub fn word(&mut self, word: u16) {
-        word.to_be_bytes().map(|byte| self.byte(byte));
+        let [upper, lower] = word.to_be_bytes();
+        self.byte(upper);
+        self.byte(lower);
     }
 
     /// Appends the checksum.
     pub fn finish(&mut self) {
         let sum = crc(self.bytes());
-        sum.to_le_bytes().map(|byte| self.byte(byte));
+        self.word(sum.swap_bytes());
     }
 
     /// The bytes so far.

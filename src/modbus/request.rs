@@ -80,6 +80,13 @@ pub struct Range {
     pub count: u16,
 }
 
+impl Range {
+    /// The addresses in their order.
+    pub fn addresses(self) -> impl Iterator<Item = u16> {
+        (0..self.count).map(move |place| self.address.wrapping_add(place))
+    }
+}
+
 /// A well-formed request: what is to be written, before what is to be read. Either may be empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request<'a> {
@@ -94,6 +101,15 @@ pub struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
+    /// What is to be written, with its addresses.
+    pub fn written(&self) -> impl Iterator<Item = (u16, u16)> + '_ {
+        let range = Range {
+            address: self.write_address,
+            count: self.values.count(),
+        };
+        range.addresses().zip(self.values.iter())
+    }
+
     /// The request of a function code and its data, without id and checksum.
     ///
     /// # Errors

@@ -9,7 +9,6 @@ use crate::estimate::OPEN_KPA;
 use crate::fault::Fault;
 use crate::grasp::{Purpose, State};
 use crate::math::{larger, smaller};
-use crate::modbus::Exception;
 use crate::table::{self, FingerTable};
 use crate::units::{Degrees, Instant, Kilopascals};
 
@@ -136,12 +135,205 @@ impl Compatible {
     }
 
     /// What was written to one of the three registers.
-    pub fn written(&self, place: usize) -> u16 {
-        self.written.get(place).copied().unwrap_or_default()
+    pub fn written(&self, place: u16) -> u16 {
+        let place = self.written.get(usize::from(place));
+        place.copied().unwrap_or_default()
     }
 
     /// Whether the gripper obeys the block.
     pub fn is_active(&self) -> bool {
         self.phase == Phase::Active
     }
+
+    /// Takes the values of registers from `place` on, all three or fewer. True if that acknowledges what is latched.
+    pub fn write(
+        &mut self,
+        now: Instant,
+        place: u16,
+        values: impl Iterator<Item = u16>,
+        fingers: &Fingers,
+        wishes: &mut Wishes,
+    ) -> bool {
+        let before = Request::of(self.written);
+        let places = self.written.iter_mut().skip(place.into());
+        places.zip(values).for_each(|(place, value)| *place = value);
+        let wanted = Request::of(self.written);
+        let was_reset = self.reset_seen;
+        self.reset_seen |= place == 0 && !wanted.activate;
+
+        if wanted.release && !before.release {
+            self.phase = Phase::Releasing;
+            self.due = false;
+            self.open(wishes);
+            return false;
+        }
+        if wanted.release {
+            return false;
+        }
+        if !wanted.activate {
+            self.phase = Phase::Reset;
+            self.due = false;
+            if before.activate {
+                wishes.add(Wish::Command(Command::Halt));
+                wishes.add(Wish::Command(Command::Acknowledge));
+            }
+            return before.activate;
+        }
+        let begins = !before.activate && was_reset;
+        if begins {
+            self.phase = Phase::Activating { since: now };
+            wishes.add(Wish::Command(Command::Acknowledge));
+            self.open(wishes);
+        }
+        let moved = wanted.go_to && (!before.go_to || wanted.position != before.position);
+        match self.phase {
+            // What is open is where it is to go.
+            Phase::Activating { .. } => self.due = wanted.go_to && wanted.position > OPEN,
+            Phase::Active if moved => self.go(wanted, fingers, wishes),
+            Phase::Active if before.go_to && !wanted.go_to => {
+                self.due = false;
+                wishes.add(Wish::Command(Command::Halt));
+            }
+            Phase::Active | Phase::Reset | Phase::Releasing | Phase::Released => {}
+        }
+        begins
+    }
+
+    /// Goes where a request has wanted to go before the activation had ended.
+    pub fn go_if_due(&mut self, fingers: &Fingers, wishes: &mut Wishes) {
+        if self.due && self.phase == Phase::Active {
+            self.go(Request::of(self.written), fingers, wishes);
+        }
+    }
+
+    fn go(&mut self, wanted: Request, fingers: &Fingers, wishes: &mut Wishes) {
+        self.due = false;
+        // A loss that nobody has been shown is not acknowledged: until then the controller refuses a grip.
+        if let Some(lost) = self.lost.filter(|_| self.lost == self.shown) {
+            wishes.add(Wish::AcknowledgeLoss(lost));
+        }
+        self.hurry(wanted.speed, wishes);
+        let command = match wanted.position {
+            ..=OPEN => Command::Release,
+            position => {
+                let pressure = fingers.pressure(position, wanted.force);
+                Command::Grip(Grip::Pressure(pressure))
+            }
+        };
+        wishes.add(Wish::Command(command));
+    }
+
+    /// Lets go, at full speed.
+    fn open(&mut self, wishes: &mut Wishes) {
+        self.hurry(u8::MAX, wishes);
+        wishes.add(Wish::Command(Command::Release));
+    }
+
+    fn hurry(&mut self, speed: u8, wishes: &mut Wishes) {
+        if self.speed != Some(speed) {
+            self.speed = Some(speed);
+            wishes.add(Wish::Command(Command::Slew(share(SLOWEST, speed))));
+        }
+    }
+
+    /// Takes a status: before it is shown.
+    pub fn observe(&mut self, status: &Status) {
+        let snapshot = &status.snapshot;
+        self.lost = snapshot.lost.map(|loss| loss.flagged);
+        if status.fate == Some(Fate::Dropped) {
+            self.speed = None;
+        }
+        let is_open = snapshot.state.target().0 <= 0.0
+            && snapshot.pressure.is_some_and(|kpa| kpa.0 < OPEN_KPA);
+        self.phase = match self.phase {
+            Phase::Activating { since } => match snapshot.now.micros_since(since) {
+                ACTIVATION_LIMIT_US.. => Phase::Active,
+                ACTIVATION_SHOWS_US.. if is_open => Phase::Active,
+                _ => self.phase,
+            },
+            Phase::Releasing if is_open => Phase::Released,
+            phase => phase,
+        };
+    }
+
+    /// The value of one of the three status registers. The first one shows a loss.
+    pub fn shows(&mut self, place: u16, status: &Status, fingers: &Fingers) -> u16 {
+        let wanted = Request::of(self.written);
+        let bytes = match place {
+            0 => {
+                self.shown = self.lost;
+                [self.status(wanted, status), 0]
+            }
+            1 => [self.fault(wanted, status), wanted.position],
+            _ => {
+                let kpa = status.snapshot.pressure.unwrap_or_default().0;
+                [position(status, fingers), kpa as u8]
+            }
+        };
+        u16::from_be_bytes(bytes)
+    }
+
+    /// gACT, gGTO, gSTA and gOBJ.
+    fn status(&self, wanted: Request, status: &Status) -> u8 {
+        let is_activated = wanted.activate && self.phase != Phase::Reset;
+        let stage = match self.phase {
+            Phase::Activating { .. } => 1,
+            _ if is_activated => 3,
+            _ => 0,
+        };
+        u8::from(is_activated) * ACTIVATE
+            | u8::from(wanted.go_to) * GO_TO
+            | stage << 4
+            | self.object(status) << 6
+    }
+
+    /// gOBJ: 0 moving, 2 holding, 3 where it is to be without an object, or after its loss.
+    fn object(&self, status: &Status) -> u8 {
+        let snapshot = &status.snapshot;
+        let is_inflated = snapshot.pressure.is_some_and(|kpa| kpa.0 >= OPEN_KPA);
+        match snapshot.state {
+            State::Releasing { .. } | State::Sweeping { .. } => 0,
+            _ if self.due => 0,
+            state if state.is_vented() && is_inflated => 0,
+            _ if snapshot.lost.is_some() => 3,
+            state if state.is_holding() => 2,
+            State::Closing {
+                purpose: Purpose::Grip | Purpose::Regrip,
+                ..
+            } => 0,
+            _ => 3,
+        }
+    }
+
+    /// gFLT; its upper half, kFLT, is 0.
+    fn fault(&self, wanted: Request, status: &Status) -> u8 {
+        match self.phase {
+            Phase::Releasing => return 0xB,
+            Phase::Released => return 0xF,
+            // rACT = 0 alone clears it, or drivers refuse to activate.
+            Phase::Reset if !wanted.activate && !wanted.go_to => return 0,
+            _ => {}
+        }
+        match status.snapshot.state.fault() {
+            Some(Fault::HostSilent) => 9,
+            Some(Fault::SupplyLow) => 0xA,
+            Some(Fault::OverPressure) => 0xE,
+            Some(_) => 0xC,
+            None => match self.phase {
+                Phase::Reset if !wanted.activate => 7,
+                Phase::Reset => 5,
+                Phase::Activating { .. } if wanted.go_to => 5,
+                _ => 0,
+            },
+        }
+    }
+}
+
+/// gPO.
+fn position(status: &Status, fingers: &Fingers) -> u8 {
+    let open = f32::from(OPEN);
+    let bend = status.snapshot.bend.0 / fingers.full_bend().0;
+    // A bend that is no number shows as open.
+    let bend = smaller(larger(bend, 0.0), 1.0);
+    (open + (CLOSED - open) * bend + 0.5) as u8
 }

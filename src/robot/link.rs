@@ -6,7 +6,7 @@ use crate::detect::Loss;
 use crate::event::{Event, Events};
 use crate::fault::GaugeFault;
 use crate::telemetry::Snapshot;
-use crate::units::FINGERS;
+use crate::units::{FINGERS, Instant};
 
 /// One request leads to no more commands: an acknowledgement, a speed, a grip, a hint about the arm.
 const MOST_WISHES: usize = 4;
@@ -16,8 +16,8 @@ const MOST_WISHES: usize = 4;
 pub enum Wish {
     /// This command.
     Command(Command),
-    /// An acknowledgement, unless a fault is latched: of a loss alone.
-    AcknowledgeLoss,
+    /// An acknowledgement of the loss that was reported at this moment, unless it is no longer latched, or a fault is.
+    AcknowledgeLoss(Instant),
 }
 
 /// What one request wants of the next ticks, in this order: one thing of each.
@@ -143,7 +143,8 @@ pub struct Link {
     asked: bool,
     /// The command of this tick is the bus's.
     is_from_bus: bool,
-    is_in_fault: bool,
+    /// When the loss was reported that can be acknowledged alone: no fault is latched.
+    lost: Option<Instant>,
     fate: Option<Fate>,
     record: Record,
 }
@@ -155,7 +156,7 @@ impl Link {
             wishes: Wishes::NONE,
             asked: false,
             is_from_bus: false,
-            is_in_fault: false,
+            lost: None,
             fate: None,
             record: Record::default(),
         }
@@ -188,8 +189,8 @@ impl Link {
     fn next(&mut self) -> Command {
         let command = match self.wishes.take() {
             Some(Wish::Command(command)) => command,
-            Some(Wish::AcknowledgeLoss) if !self.is_in_fault => Command::Acknowledge,
-            Some(Wish::AcknowledgeLoss) | None => return Command::Continue,
+            Some(Wish::AcknowledgeLoss(loss)) if self.lost == Some(loss) => Command::Acknowledge,
+            Some(Wish::AcknowledgeLoss(_)) | None => return Command::Continue,
         };
         self.is_from_bus = command != Command::Alive;
         command
@@ -198,7 +199,9 @@ impl Link {
     /// Takes what the tick has put out. A status once all that was asked for has been done.
     pub fn ticked(&mut self, controller: &Controller, outputs: &Outputs) -> Option<Status> {
         self.record.add(&outputs.events);
-        self.is_in_fault = outputs.snapshot.state.fault().is_some();
+        let snapshot = &outputs.snapshot;
+        let no_fault = snapshot.state.fault().is_none();
+        self.lost = snapshot.lost.filter(|_| no_fault).map(|loss| loss.flagged);
         if let (true, Some(answer)) = (self.is_from_bus, outputs.answer)
             && !matches!(self.fate, Some(Fate::Refused(_) | Fate::Dropped))
         {

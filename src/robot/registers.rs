@@ -97,6 +97,8 @@ pub enum Item {
     Fault,
     /// What is so.
     Flags,
+    /// The compatible block is obeyed.
+    Activated,
     /// Measured pressure.
     Pressure,
     /// Set-point.
@@ -219,7 +221,7 @@ const fn at(
 /// Every register but those of the settings, in the order of the addresses. An address that was ever released is not used
 /// for something else.
 #[rustfmt::skip]
-pub const REGISTERS: [Register; 52] = [
+pub const REGISTERS: [Register; 53] = [
     at(0x03E8, Item::Action, "action", "", "Upper byte: rACT bit 0, rGTO bit 3, rATR bit 4, rARD bit 5; lower byte: nothing"),
     at(0x03E9, Item::Position, "position request", "", "Lower byte: rPR, 0 open to 255 full bend; 3 and less release"),
     at(0x03EA, Item::SpeedForce, "speed and force", "", "Upper byte: rSP, share of the slew, 0 a tenth to 255 all; lower byte: rFR, limit of the pressure, 0 half to 255 all of the highest"),
@@ -239,7 +241,7 @@ pub const REGISTERS: [Register; 52] = [
 
     at(0x1010, Item::State, "state", "", "1 idle, 2 closing, 3 holding, 4 empty, 5 releasing, 6 fault, 7 sweeping"),
     at(0x1011, Item::Fault, "fault", "", "Number of the latched fault (faults.md), 0 for none"),
-    at(0x1012, Item::Flags, "flags", "", "Bit 0 something is held, bit 1 a loss is latched that no grip is accepted with, bit 2 a tare is asked for, bit 3 the gripper is activated (compatible block)"),
+    at(0x1012, Item::Flags, "flags", "", "Bit 0 something is held, bit 1 a loss is latched that no grip is accepted with, bit 2 a tare is asked for"),
     at(0x1013, Item::Pressure, "pressure", "0.1 kPa", "Measured pressure"),
     at(0x1014, Item::SetPoint, "set-point", "0.1 kPa", "Where the pressure is to be now"),
     at(0x1015, Item::Bend, "bend", "0.1°", "Estimated bend of the fingers"),
@@ -250,6 +252,8 @@ pub const REGISTERS: [Register; 52] = [
     at(0x101C, Item::Noise, "noise", "0.1 µε", "Noise of each gauge, rms"),
     at(0x101F, Item::Drift, "drift", "µε", "How far the zero of each gauge has been tracked since the last tare"),
     at(0x1022, Item::GaugeFault, "gauge fault", "", "Number of what has failed of each gauge (faults.md), 0 for nothing. One of three is no fault of the gripper"),
+
+    at(0x1025, Item::Activated, "activated", "", "1 while the compatible block is obeyed. This block always is"),
 
     at(0x1030, Item::LossCause, "loss", "", "The loss that nobody has acknowledged here, by command 6 or by rACT: 0 none, 1 the residuals collapsed, 2 one finger emptied, 3 nothing was there after a change of pressure"),
     at(0x1031, Item::LossOnset, "loss began", "ms", "When its fall began, as uptime"),
@@ -304,31 +308,53 @@ const fn places() -> [Place; REGISTERS.len()] {
     places
 }
 
+/// Half of a value in two registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Half {
+    /// Its first register.
+    Upper,
+    /// Its second one.
+    Lower,
+}
+
+impl Half {
+    /// Of a row's register.
+    pub const fn at(offset: u16) -> Self {
+        match offset % 2 {
+            0 => Self::Upper,
+            _ => Self::Lower,
+        }
+    }
+
+    /// This half of a number.
+    pub const fn of(self, number: u32) -> u16 {
+        match self {
+            Self::Upper => (number >> 16) as u16,
+            Self::Lower => number as u16,
+        }
+    }
+}
+
 /// What lies at an address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum At {
-    /// A register of the map, and which of its row's.
+    /// A register of the map: which of its row's.
     Item(Item, u16),
-    /// Half of a setting's value, by number; the upper one.
-    SettingUpper(u16),
-    /// The lower one.
-    SettingLower(u16),
+    /// Half of the value of a setting, if there is one of this number.
+    Setting(u16, Half),
 }
 
-/// What lies at an address; none if nothing does. Settings that there are none of are for the caller to find.
+/// What lies at an address; none if nothing does.
 pub fn find(address: u16) -> Option<At> {
     if let Some(offset) = address.checked_sub(SETTINGS_FROM) {
         let number = offset / 2;
-        return (number < SETTINGS_END).then_some(match offset % 2 {
-            0 => At::SettingUpper(number),
-            _ => At::SettingLower(number),
-        });
+        return (number < SETTINGS_END).then_some(At::Setting(number, Half::at(offset)));
     }
-    // The last that begins there or before.
-    let places = PLACES.iter().take_while(|place| place.address <= address);
-    let place = places.last()?;
-    let offset = address - place.address;
-    (offset < place.item.shape().count()).then_some(At::Item(place.item, offset))
+    // The last row that begins there or before.
+    let mut rows = PLACES.iter().rev();
+    let row = rows.find(|row| row.address <= address)?;
+    let offset = address.wrapping_sub(row.address);
+    (offset < row.item.shape().count()).then_some(At::Item(row.item, offset))
 }
 
 #[cfg(test)]
@@ -357,8 +383,11 @@ mod tests {
             found += u32::from(expected.is_some());
         }
         assert!(found > 60);
-        assert_eq!(find(0x2000 + 201), Some(At::SettingLower(100)));
-        assert_eq!(find(0x2000 + 2 * 0x7ff), Some(At::SettingUpper(0x7ff)));
+        assert_eq!(find(0x2000 + 201), Some(At::Setting(100, Half::Lower)));
+        assert_eq!(
+            find(0x2000 + 2 * 0x7ff),
+            Some(At::Setting(0x7ff, Half::Upper))
+        );
         assert_eq!(find(0x2000 + 2 * 0x800), None);
     }
 }
