@@ -7,7 +7,7 @@ use super::tree::Settings;
 use crate::frontend::FrontEnd;
 use crate::table::FingerTable;
 use crate::units::{FINGERS, Kilopascals};
-use crate::{air, detect, estimate, grasp, io, regulate};
+use crate::{air, detect, estimate, grasp, io, modbus, regulate};
 
 /// Settings in the form that the control tick uses; made by [`Active::of`] alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +22,7 @@ pub struct Active {
     pub(crate) regulator: regulate::Active,
     pub(crate) io: io::Settings,
     pub(crate) telemetry_us: u32,
+    pub(crate) bus: modbus::Settings,
 }
 
 impl Active {
@@ -46,6 +47,7 @@ impl Active {
             regulator,
             io: settings.io,
             telemetry_us: (1e3 * settings.telemetry.period_ms) as u32,
+            bus: settings.bus,
         })
     }
 
@@ -62,6 +64,11 @@ impl Active {
     /// Time between two snapshots, µs.
     pub fn telemetry_us(&self) -> u32 {
         self.telemetry_us
+    }
+
+    /// The line to the robot.
+    pub fn bus(&self) -> modbus::Settings {
+        self.bus
     }
 
     /// What [`Estimator::step`](estimate::Estimator::step) takes.

@@ -32,6 +32,7 @@ pub fn any_settings(rng: &mut Rng) -> Settings {
         let value = values.get(field.number).expect("every field has a value");
         let value = match (field.kind, rng.u8(..8)) {
             (Kind::Choice(words), _) => rng.usize(..words.len()) as f32,
+            (Kind::Whole { min, max }, _) => rng.u8(min..=max).into(),
             (_, 0) => min,
             (_, 1) => max,
             (_, 2 | 3) => min + (max - min) * rng.f32(),
@@ -57,8 +58,8 @@ pub fn wrong_settings(rng: &mut Rng) -> (Settings, u16) {
     let (min, max) = range(&FIELDS[wrong], &values);
     let mut all = *values.all();
     all[wrong] = match (FIELDS[wrong].kind, rng.u8(..6)) {
-        // A typed choice is never wrong.
-        (Kind::Choice(_), _) => return wrong_settings(rng),
+        // Those are never wrong once they are typed.
+        (Kind::Choice(_) | Kind::Whole { .. }, _) => return wrong_settings(rng),
         (_, 0) => min.next_down(),
         (_, 1) => max.next_up(),
         (_, 2) => f32::NAN,
