@@ -62,9 +62,6 @@ pub mod storage;
 
 pub mod march;
 
-pub mod modbus;
-pub mod robot;
-
 pub use command::{Answer, Command, Grip};
 pub use condition::RawFrame;
 pub use controller::{Controller, Outputs};

@@ -7,7 +7,7 @@ use super::tree::Settings;
 use crate::frontend::FrontEnd;
 use crate::table::FingerTable;
 use crate::units::{FINGERS, Kilopascals};
-use crate::{air, detect, estimate, grasp, io, modbus, regulate};
+use crate::{air, detect, estimate, grasp, io, regulate};
 
 /// Settings in the form that the control tick uses; made by [`Active::of`] alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Active {
     pub(crate) regulator: regulate::Active,
     pub(crate) io: io::Settings,
     pub(crate) telemetry_us: u32,
-    pub(crate) bus: modbus::Settings,
+    pub(crate) bus: io::BusSettings,
 }
 
 impl Active {
@@ -67,7 +67,7 @@ impl Active {
     }
 
     /// The line to the robot.
-    pub fn bus(&self) -> modbus::Settings {
+    pub fn bus(&self) -> io::BusSettings {
         self.bus
     }
 

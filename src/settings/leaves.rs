@@ -5,8 +5,7 @@ use softgrip_settings::{COUNT, Values};
 use super::tree::Settings;
 use crate::estimate::GaugeSense;
 use crate::grasp::{OnFault, OnLoss};
-use crate::io::Level;
-use crate::modbus::Baud;
+use crate::io::{Baud, Level};
 
 /// Where a setting is kept.
 enum Leaf<'a> {

@@ -1,6 +1,6 @@
 //! The settings as a tree of typed fields.
 
-use crate::{air, detect, estimate, frontend, grasp, io, modbus, regulate};
+use crate::{air, detect, estimate, frontend, grasp, io, regulate};
 
 /// The controller's settings in the units that people use. The defaults are for a finger that is good for
 /// 160 kPa, as the default one is; [`Settings::for_finger`] takes any.
@@ -25,5 +25,5 @@ pub struct Settings {
     /// How the program reports.
     pub telemetry: io::TelemetrySettings,
     /// The line to the robot.
-    pub bus: modbus::Settings,
+    pub bus: io::BusSettings,
 }

@@ -1,8 +1,6 @@
 //! Tests of the public library on a mocked board.
 
 mod board_limits;
-mod bus;
-mod clients;
 mod commands;
 mod faults;
 mod flash;

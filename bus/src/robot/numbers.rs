@@ -1,8 +1,8 @@
 //! Numbers on the bus of what has names in the code. They never change their meaning.
 
 use super::link::Fate;
-use crate::command::{Refusal, SweepFault, TareFault};
-use crate::detect::LossCause;
+use softgrip::command::{Refusal, SweepFault, TareFault};
+use softgrip::detect::LossCause;
 
 /// Refusals by number, with what each means, for the manual.
 #[rustfmt::skip]
@@ -96,7 +96,7 @@ pub fn of_fate(fate: Fate) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::Kilograms;
+    use softgrip::units::Kilograms;
     use std::vec::Vec;
 
     #[test]

@@ -1,6 +1,6 @@
 //! What real drivers of the Robotiq convention need, each by its name.
 
-use crate::bus::{Bus, ID, REQUEST, STATUS, Shown};
+use crate::line::{Bus, ID, REQUEST, STATUS, Shown};
 use softgrip::settings::Settings;
 
 #[test]

@@ -1,8 +1,8 @@
 //! A mocked gripper on a bus: frames in, frames out, one tick after another.
 
+use bus::modbus::{self, Receiver, Reply, Timing};
+use bus::robot::{Link, Robot, Work};
 use softgrip::Command;
-use softgrip::modbus::{self, Receiver, Reply, Timing};
-use softgrip::robot::{Link, Robot, Work};
 use softgrip::settings::{Settings, Values};
 use softgrip::table::FINGER;
 use softgrip::units::Instant;

@@ -4,14 +4,13 @@ use super::compatible::Fingers;
 use super::link::{Fate, Status, Wish, Wishes};
 use super::numbers;
 use super::registers::{Half, Item, MAP_VERSION};
-use crate::command::{Command, Grip, Motion, Payload};
-use crate::detect::Loss;
-use crate::failure::Activity;
-use crate::fault::Fault;
-use crate::math::{larger, smaller};
 use crate::modbus::Exception;
-use crate::table::ObjectKind;
-use crate::units::{FINGERS, Instant, Kilograms, Kilopascals, MetresPerSecondSquared};
+use softgrip::command::{Command, Grip, Motion, Payload};
+use softgrip::detect::Loss;
+use softgrip::failure::Activity;
+use softgrip::fault::Fault;
+use softgrip::table::ObjectKind;
+use softgrip::units::{FINGERS, Instant, Kilograms, Kilopascals, MetresPerSecondSquared};
 
 /// What no number is known for.
 const UNKNOWN: u16 = 0x8000;
@@ -29,6 +28,8 @@ const fn number(digits: &str) -> u16 {
 
 /// Tenths of a register's unit.
 const TENTHS: f32 = 10.0;
+/// The largest number in a register with a sign.
+const MOST: f32 = i16::MAX as f32;
 /// 0.1 % of a share.
 const PER_MILLE: f32 = 1e3;
 
@@ -285,10 +286,9 @@ fn millis(moment: Instant) -> u32 {
 
 /// So many parts of a number, rounded; beyond what a register holds it is the nearest that it does.
 fn signed(number: Option<f32>, parts: f32) -> u16 {
-    let most = f32::from(i16::MAX);
     match number {
         Some(number) if !number.is_nan() => {
-            let scaled = larger(-most, smaller(most, parts * number));
+            let scaled = (parts * number).clamp(-MOST, MOST);
             let half = if scaled < 0.0 { -0.5 } else { 0.5 };
             ((scaled + half) as i16).cast_unsigned()
         }

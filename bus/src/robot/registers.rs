@@ -56,7 +56,7 @@ impl Shape {
         match self {
             Self::Unsigned | Self::Signed => 1,
             Self::Long => 2,
-            Self::Fingers | Self::SignedFingers => crate::FINGERS as u16,
+            Self::Fingers | Self::SignedFingers => softgrip::FINGERS as u16,
         }
     }
 }

@@ -1,12 +1,12 @@
 //! The bus in the control tick: one of its commands at a time, after what the digital inputs want.
 
-use crate::command::{Answer, Command, Refusal};
-use crate::controller::{Controller, Outputs};
-use crate::detect::Loss;
-use crate::event::{Event, Events};
-use crate::fault::GaugeFault;
-use crate::telemetry::Snapshot;
-use crate::units::{FINGERS, Instant};
+use softgrip::command::{Answer, Command, Refusal};
+use softgrip::controller::{Controller, Outputs};
+use softgrip::detect::Loss;
+use softgrip::event::{Event, Events};
+use softgrip::fault::GaugeFault;
+use softgrip::telemetry::Snapshot;
+use softgrip::units::{FINGERS, Instant};
 
 /// One request leads to no more commands: an acknowledgement, a speed, a grip, a hint about the arm.
 const MOST_WISHES: usize = 4;

@@ -4,13 +4,12 @@
 //! written again and again change nothing. Another rSP or rFR takes effect with the next go-to.
 
 use super::link::{Fate, Status, Wish, Wishes};
-use crate::command::{Command, Grip};
-use crate::estimate::OPEN_KPA;
-use crate::fault::Fault;
-use crate::grasp::{Purpose, State};
-use crate::math::{larger, smaller};
-use crate::table::{self, FingerTable};
-use crate::units::{Degrees, Instant, Kilopascals};
+use softgrip::command::{Command, Grip};
+use softgrip::estimate::OPEN_KPA;
+use softgrip::fault::Fault;
+use softgrip::grasp::{Purpose, State};
+use softgrip::table::{self, FingerTable};
+use softgrip::units::{Degrees, Instant, Kilopascals};
 
 // Bits of the action request, and of the gripper status.
 const ACTIVATE: u8 = 1 << 0;
@@ -94,7 +93,9 @@ impl Fingers {
     fn pressure(&self, position: u8, force: u8) -> Kilopascals {
         let bend = Degrees(f32::from(position) / 255.0 * self.full_bend().0);
         let (pressure, _) = table::pressure_for_bend(self.table, bend);
-        Kilopascals(smaller(pressure.0, share(WEAKEST, force) * self.limit.0))
+        let most = share(WEAKEST, force) * self.limit.0;
+        // Not `f32::min`, which is a call into the runtime on the target.
+        Kilopascals(if pressure.0 < most { pressure.0 } else { most })
     }
 }
 
@@ -334,6 +335,6 @@ fn position(status: &Status, fingers: &Fingers) -> u8 {
     let open = f32::from(OPEN);
     let bend = status.snapshot.bend.0 / fingers.full_bend().0;
     // A bend that is no number shows as open.
-    let bend = smaller(larger(bend, 0.0), 1.0);
+    let bend = bend.clamp(0.0, 1.0);
     (open + (CLOSED - open) * bend + 0.5) as u8
 }

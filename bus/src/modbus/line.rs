@@ -2,7 +2,7 @@
 
 use super::crc::crc;
 use super::request::{Exception, Function, Request};
-use crate::units::Instant;
+use softgrip::units::Instant;
 
 /// The longest frame (Serial Line, 2.5.1).
 const LONGEST: usize = 256;

@@ -8,10 +8,8 @@ mod crc;
 mod line;
 mod reply;
 mod request;
-mod settings;
 
 pub use crc::crc;
 pub use line::{Frame, Receiver, STALE_US, Timing};
 pub use reply::{LONGEST, Reply};
 pub use request::{Exception, Function, MOST_READ, Range, Request, Values};
-pub use settings::{Baud, Settings};

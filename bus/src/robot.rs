@@ -22,12 +22,12 @@ use compatible::{Compatible, Fingers};
 use own::Own;
 use registers::{At, Half};
 
-use crate::command::Command;
-use crate::grasp::State;
 use crate::modbus::{Exception, Frame, Function, Range, Reply, Request, STALE_US};
-use crate::settings::Values;
-use crate::table::FingerTable;
-use crate::units::{Instant, Kilopascals};
+use softgrip::command::Command;
+use softgrip::grasp::State;
+use softgrip::settings::Values;
+use softgrip::table::FingerTable;
+use softgrip::units::{Instant, Kilopascals};
 
 /// The number of the setting `regulator.max_pressure_kpa`.
 const MAX_PRESSURE: u16 = 100;
@@ -38,7 +38,7 @@ pub struct Work {
     /// What the control tick is to do, for [`Link::ask`].
     pub wishes: Wishes,
     /// The settings have been changed: they are to be used from the next tick on
-    /// ([`Controller::apply`](crate::Controller::apply)).
+    /// ([`Controller::apply`](softgrip::Controller::apply)).
     pub settings_changed: bool,
     /// The settings are to be stored; [`Robot::stored`] tells what has become of it.
     pub save: bool,
