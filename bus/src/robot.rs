@@ -245,7 +245,7 @@ impl Robot {
                 _ => return Err(Exception::IllegalAddress),
             }
         }
-        match values.problems(self.table.max_pressure_kpa).next() {
+        match values.first_problem(self.table.max_pressure_kpa) {
             None => Ok(Write::Settings(values)),
             Some(_) => Err(Exception::IllegalValue),
         }

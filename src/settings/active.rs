@@ -31,7 +31,7 @@ impl Active {
     /// # Errors
     /// The first that is out of its range; [`Values::problems`] gives them all.
     pub fn of(values: &Values, table: &FingerTable) -> Result<Self, SettingsError> {
-        if let Some(problem) = values.problems(table.max_pressure_kpa).next() {
+        if let Some(problem) = values.first_problem(table.max_pressure_kpa) {
             return Err(problem);
         }
         let settings = Settings::of(values);

@@ -46,33 +46,6 @@ enum Phase {
     Released,
 }
 
-/// What the requests want, by bit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Request {
-    activate: bool,
-    go_to: bool,
-    release: bool,
-    position: u8,
-    speed: u8,
-    force: u8,
-}
-
-impl Request {
-    fn of([action, position, speed_force]: [u16; 3]) -> Self {
-        let [action, _] = action.to_be_bytes();
-        let [_, position] = position.to_be_bytes();
-        let [speed, force] = speed_force.to_be_bytes();
-        Self {
-            activate: action & ACTIVATE != 0,
-            go_to: action & GO_TO != 0,
-            release: action & AUTOMATIC_RELEASE != 0,
-            position,
-            speed,
-            force,
-        }
-    }
-}
-
 /// The fingers that the block drives.
 #[derive(Debug, Clone, Copy)]
 pub struct Fingers {
@@ -141,6 +114,23 @@ impl Compatible {
         place.copied().unwrap_or_default()
     }
 
+    /// The two bytes of one of them, the upper one first.
+    fn bytes(&self, place: u16) -> [u8; 2] {
+        self.written(place).to_be_bytes()
+    }
+
+    /// rACT, rGTO, rATR.
+    fn action(&self) -> u8 {
+        let [action, _] = self.bytes(0);
+        action
+    }
+
+    /// rPR.
+    fn position(&self) -> u8 {
+        let [_, position] = self.bytes(1);
+        position
+    }
+
     /// Whether the gripper obeys the block.
     pub fn is_active(&self) -> bool {
         self.phase == Phase::Active
@@ -155,43 +145,48 @@ impl Compatible {
         fingers: &Fingers,
         wishes: &mut Wishes,
     ) -> bool {
-        let before = Request::of(self.written);
+        let (before, position) = (self.action(), self.position());
         let places = self.written.iter_mut().skip(place.into());
         places.zip(values).for_each(|(place, value)| *place = value);
-        let wanted = Request::of(self.written);
+        let wanted = self.action();
+        let (risen, fallen) = (wanted & !before, before & !wanted);
         let was_reset = self.reset_seen;
-        self.reset_seen |= place == 0 && !wanted.activate;
+        self.reset_seen |= place == 0 && wanted & ACTIVATE == 0;
 
-        if wanted.release && !before.release {
-            self.phase = Phase::Releasing;
-            self.due = false;
-            self.open(wishes);
+        if wanted & AUTOMATIC_RELEASE != 0 {
+            if risen & AUTOMATIC_RELEASE != 0 {
+                self.phase = Phase::Releasing;
+                self.due = false;
+                self.open(wishes);
+            }
             return false;
         }
-        if wanted.release {
-            return false;
-        }
-        if !wanted.activate {
+        if wanted & ACTIVATE == 0 {
             self.phase = Phase::Reset;
             self.due = false;
-            if before.activate {
+            let reset = fallen & ACTIVATE != 0;
+            if reset {
                 wishes.add(Wish::Command(Command::Halt));
                 wishes.add(Wish::Command(Command::Acknowledge));
             }
-            return before.activate;
+            return reset;
         }
-        let begins = !before.activate && was_reset;
+        let begins = risen & ACTIVATE != 0 && was_reset;
         if begins {
             self.phase = Phase::Activating { since: now };
             wishes.add(Wish::Command(Command::Acknowledge));
             self.open(wishes);
         }
-        let moved = wanted.go_to && (!before.go_to || wanted.position != before.position);
+        let goes = wanted & GO_TO != 0;
         match self.phase {
             // What is open is where it is to go.
-            Phase::Activating { .. } => self.due = wanted.go_to && wanted.position > OPEN,
-            Phase::Active if moved => self.go(wanted, fingers, wishes),
-            Phase::Active if before.go_to && !wanted.go_to => {
+            Phase::Activating { .. } => self.due = goes && self.position() > OPEN,
+            Phase::Active if goes => {
+                if risen & GO_TO != 0 || self.position() != position {
+                    self.go(fingers, wishes);
+                }
+            }
+            Phase::Active if fallen & GO_TO != 0 => {
                 self.due = false;
                 wishes.add(Wish::Command(Command::Halt));
             }
@@ -203,21 +198,22 @@ impl Compatible {
     /// Goes where a request has wanted to go before the activation had ended.
     pub fn go_if_due(&mut self, fingers: &Fingers, wishes: &mut Wishes) {
         if self.due && self.phase == Phase::Active {
-            self.go(Request::of(self.written), fingers, wishes);
+            self.go(fingers, wishes);
         }
     }
 
-    fn go(&mut self, wanted: Request, fingers: &Fingers, wishes: &mut Wishes) {
+    fn go(&mut self, fingers: &Fingers, wishes: &mut Wishes) {
+        let [speed, force] = self.bytes(2);
         self.due = false;
         // A loss that nobody has been shown is not acknowledged: until then the controller refuses a grip.
         if let Some(lost) = self.lost.filter(|_| self.lost == self.shown) {
             wishes.add(Wish::AcknowledgeLoss(lost));
         }
-        self.hurry(wanted.speed, wishes);
-        let command = match wanted.position {
+        self.hurry(speed, wishes);
+        let command = match self.position() {
             ..=OPEN => Command::Release,
             position => {
-                let pressure = fingers.pressure(position, wanted.force);
+                let pressure = fingers.pressure(position, force);
                 Command::Grip(Grip::Pressure(pressure))
             }
         };
@@ -244,8 +240,7 @@ impl Compatible {
         if status.fate == Some(Fate::Dropped) {
             self.speed = None;
         }
-        let is_open = snapshot.state.target().0 <= 0.0
-            && snapshot.pressure.is_some_and(|kpa| kpa.0 < OPEN_KPA);
+        let is_open = snapshot.setpoint.0 <= 0.0 && !is_inflated(status);
         self.phase = match self.phase {
             Phase::Activating { since } => match snapshot.now.micros_since(since) {
                 ACTIVATION_LIMIT_US.. => Phase::Active,
@@ -259,13 +254,12 @@ impl Compatible {
 
     /// The value of one of the three status registers. The first one shows a loss.
     pub fn shows(&mut self, place: u16, status: &Status, fingers: &Fingers) -> u16 {
-        let wanted = Request::of(self.written);
         let bytes = match place {
             0 => {
                 self.shown = self.lost;
-                [self.status(wanted, status), 0]
+                [self.status(status), 0]
             }
-            1 => [self.fault(wanted, status), wanted.position],
+            1 => [self.fault(status), self.position()],
             _ => {
                 let kpa = status.snapshot.pressure.unwrap_or_default().0;
                 [position(status, fingers), kpa as u8]
@@ -275,27 +269,26 @@ impl Compatible {
     }
 
     /// gACT, gGTO, gSTA and gOBJ.
-    fn status(&self, wanted: Request, status: &Status) -> u8 {
-        let is_activated = wanted.activate && self.phase != Phase::Reset;
+    fn status(&self, status: &Status) -> u8 {
+        let mut shown = self.action() & (ACTIVATE | GO_TO);
+        if self.phase == Phase::Reset {
+            shown &= !ACTIVATE;
+        }
         let stage = match self.phase {
             Phase::Activating { .. } => 1,
-            _ if is_activated => 3,
+            _ if shown & ACTIVATE != 0 => 3,
             _ => 0,
         };
-        u8::from(is_activated) * ACTIVATE
-            | u8::from(wanted.go_to) * GO_TO
-            | stage << 4
-            | self.object(status) << 6
+        shown | stage << 4 | self.object(status) << 6
     }
 
     /// gOBJ: 0 moving, 2 holding, 3 where it is to be without an object, or after its loss.
     fn object(&self, status: &Status) -> u8 {
         let snapshot = &status.snapshot;
-        let is_inflated = snapshot.pressure.is_some_and(|kpa| kpa.0 >= OPEN_KPA);
         match snapshot.state {
             State::Releasing { .. } | State::Sweeping { .. } => 0,
             _ if self.due => 0,
-            state if state.is_vented() && is_inflated => 0,
+            state if state.is_vented() && is_inflated(status) => 0,
             _ if snapshot.lost.is_some() => 3,
             state if state.is_holding() => 2,
             State::Closing {
@@ -307,12 +300,13 @@ impl Compatible {
     }
 
     /// gFLT; its upper half, kFLT, is 0.
-    fn fault(&self, wanted: Request, status: &Status) -> u8 {
+    fn fault(&self, status: &Status) -> u8 {
+        let wanted = self.action();
         match self.phase {
             Phase::Releasing => return 0xB,
             Phase::Released => return 0xF,
             // rACT = 0 alone clears it, or drivers refuse to activate.
-            Phase::Reset if !wanted.activate && !wanted.go_to => return 0,
+            Phase::Reset if wanted & (ACTIVATE | GO_TO) == 0 => return 0,
             _ => {}
         }
         match status.snapshot.state.fault() {
@@ -321,13 +315,18 @@ impl Compatible {
             Some(Fault::OverPressure) => 0xE,
             Some(_) => 0xC,
             None => match self.phase {
-                Phase::Reset if !wanted.activate => 7,
+                Phase::Reset if wanted & ACTIVATE == 0 => 7,
                 Phase::Reset => 5,
-                Phase::Activating { .. } if wanted.go_to => 5,
+                Phase::Activating { .. } if wanted & GO_TO != 0 => 5,
                 _ => 0,
             },
         }
     }
+}
+
+/// Whether there is air in the fingers, or nobody knows.
+fn is_inflated(status: &Status) -> bool {
+    !status.snapshot.pressure.is_some_and(|kpa| kpa.0 < OPEN_KPA)
 }
 
 /// gPO.
@@ -335,6 +334,9 @@ fn position(status: &Status, fingers: &Fingers) -> u8 {
     let open = f32::from(OPEN);
     let bend = status.snapshot.bend.0 / fingers.full_bend().0;
     // A bend that is no number shows as open.
-    let bend = bend.clamp(0.0, 1.0);
-    (open + (CLOSED - open) * bend + 0.5) as u8
+    let share = match bend > 0.0 {
+        true => bend.clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    (open + (CLOSED - open) * share + 0.5) as u8
 }

@@ -48,17 +48,14 @@ impl Wishes {
     fn drop(&mut self, all: bool) -> bool {
         let mut dropped = false;
         for place in &mut self.0 {
-            match place {
-                Some(Wish::Command(Command::Alive)) | None => {}
-                Some(Wish::Command(Command::Grip(_) | Command::Sweep)) => {
-                    *place = None;
-                    dropped = true;
-                }
-                Some(_) if all => {
-                    *place = None;
-                    dropped = true;
-                }
-                Some(_) => {}
+            let closes = matches!(
+                place,
+                Some(Wish::Command(Command::Grip(_) | Command::Sweep))
+            );
+            if all || closes {
+                let is_done = matches!(place, None | Some(Wish::Command(Command::Alive)));
+                *place = None;
+                dropped |= !is_done;
             }
         }
         dropped

@@ -1,6 +1,9 @@
 //! What real drivers of the Robotiq convention need, each by its name.
 
 use crate::line::{Bus, ID, REQUEST, STATUS, Shown};
+use crate::mock::{GaugeState, adjusted};
+use softgrip::Command;
+use softgrip::grasp::State;
 use softgrip::settings::Settings;
 
 #[test]
@@ -105,12 +108,328 @@ fn the_same_command_rewritten_at_100_hz_changes_nothing() {
     }
     assert_eq!(bus.board.events.len(), before);
     // Nor does it take a loss away.
-    bus.board.grip = [0.0; 3];
-    bus.run(200);
+    bus.drop_object();
     for _ in 0..200 {
         bus.run(7);
         bus.write(REQUEST, &command);
         let shown = bus.shown();
         assert_eq!((shown.obj, shown.pr), (3, 220));
     }
+}
+
+#[test]
+fn an_activation_takes_at_least_100_ms_and_ends_when_the_fingers_are_open_or_after_3_s() {
+    // Open fingers.
+    let mut bus = Bus::new(Settings::default());
+    bus.write(REQUEST, &[0, 0, 0]);
+    let ms = activation_ms(&mut bus);
+    assert!((100..=110).contains(&ms), "{ms} ms");
+    // Closed ones.
+    bus.go(255);
+    bus.run(1_500);
+    bus.write(REQUEST, &[0]);
+    let ms = activation_ms(&mut bus);
+    assert!((200..=1_500).contains(&ms), "{ms} ms");
+    bus.run(500);
+    assert_eq!(bus.shown().po, 3);
+    // Fingers that a stop holds closed.
+    bus.go(255);
+    bus.run(1_500);
+    bus.pins = Command::Stop;
+    bus.run(1);
+    bus.write(REQUEST, &[0]);
+    let ms = activation_ms(&mut bus);
+    assert!((2_990..=3_010).contains(&ms), "{ms} ms");
+}
+
+/// From rACT 0→1 to gSTA = 3.
+fn activation_ms(bus: &mut Bus) -> u64 {
+    bus.write(REQUEST, &[0x0100]);
+    let began = bus.board.now_ms();
+    assert_eq!(bus.shown().sta, 1);
+    for _ in 0..1_000 {
+        bus.run(4);
+        let shown = bus.shown();
+        if shown.sta == 3 {
+            return bus.board.now_ms() - began;
+        }
+        assert_eq!(shown.sta, 1);
+    }
+    panic!("no activation");
+}
+
+#[test]
+fn a_go_to_during_the_activation_is_fault_5_and_done_after_it() {
+    let mut bus = Bus::new(Settings::default());
+    bus.write(REQUEST, &[0, 0, 0]);
+    // Activation with rGTO set, as a driver does; rPR 0 is where the fingers are.
+    bus.write(REQUEST, &[0x0900]);
+    assert_eq!((bus.shown().sta, bus.shown().flt), (1, 5));
+    bus.run(200);
+    let shown = bus.shown();
+    assert_eq!((shown.sta, shown.flt, shown.obj), (3, 0, 3));
+
+    bus.write(REQUEST, &[0, 0, 0]);
+    bus.write(REQUEST, &[0x0900, 255, 0xffff]);
+    bus.run(200);
+    // Between the end of the activation and the first request after it nothing says that it has been done.
+    assert_eq!((bus.shown().sta, bus.shown().obj), (3, 0));
+    bus.run(3_000);
+    let shown = bus.shown();
+    assert_eq!((shown.obj, shown.pr), (3, 255));
+    assert!(shown.po > 200);
+}
+
+#[test]
+fn after_a_restart_ract_counts_once_it_has_been_0() {
+    let mut bus = Bus::new(Settings::default());
+    // A driver that writes in a loop, as it did before.
+    for _ in 0..100 {
+        let words = bus.write_read(REQUEST, &[0x0900, 255, 0xffff], STATUS, 3);
+        let shown = Shown::of(&words);
+        assert_eq!((shown.act, shown.sta, shown.flt), (false, 0, 5));
+        bus.run(7);
+    }
+    assert_eq!(bus.board.state(), State::Idle);
+    bus.write(REQUEST, &[0, 0, 0]);
+    bus.write(REQUEST, &[0x0100, 0, 0]);
+    bus.run(200);
+    assert_eq!((bus.shown().sta, bus.shown().flt), (3, 0));
+}
+
+#[test]
+fn ract_0_clears_gflt_at_once() {
+    let mut bus = Bus::activated(Settings::default());
+    bus.board.supply_v = 15.0;
+    bus.run(1_100);
+    assert_eq!(bus.shown().flt, 0xA);
+    bus.write(REQUEST, &[0, 0, 0]);
+    assert_eq!(bus.shown().flt, 0);
+    // Nor does ract 1 alone show any while it activates, once the cause is gone.
+    bus.board.supply_v = 24.0;
+    bus.run(100);
+    bus.write(REQUEST, &[0x0100, 0, 0]);
+    assert_eq!((bus.shown().sta, bus.shown().flt), (1, 0));
+    bus.run(200);
+    assert_eq!((bus.shown().sta, bus.shown().flt), (3, 0));
+}
+
+#[test]
+fn faults_show_as_the_convention_has_them_and_kflt_is_0() {
+    // What latches, and what it shows.
+    let cases: [(fn(&mut Bus), u8); 5] = [
+        (|bus| bus.board.supply_v = 15.0, 0xA),
+        (|bus| bus.board.valve_forced_kpa = Some(175.0), 0xE),
+        (|bus| bus.board.late = true, 0xC),
+        (|bus| bus.pins = Command::Stop, 0xC),
+        (|bus| bus.run(600), 9),
+    ];
+    for (break_it, shown) in cases {
+        let mut bus = Bus::activated(adjusted(|s| s.grip.host_timeout_ms = 500.0));
+        for _ in 0..12 {
+            bus.run(100);
+            assert_eq!(bus.shown().flt, 0);
+        }
+        bus.board.grip = [1.0; 3];
+        bus.go(255);
+        break_it(&mut bus);
+        for _ in 0..20 {
+            bus.run(100);
+            bus.shown();
+        }
+        assert_eq!(bus.shown().flt, shown);
+    }
+    // rGTO without rACT.
+    let mut bus = Bus::new(Settings::default());
+    bus.write(REQUEST, &[0x0800, 0, 0]);
+    assert_eq!(bus.shown().flt, 7);
+    bus.write(REQUEST, &[0]);
+    assert_eq!(bus.shown().flt, 0);
+}
+
+#[test]
+fn one_gauge_of_three_is_no_gflt_and_shows_in_the_own_block() {
+    let mut bus = Bus::activated(Settings::default());
+    bus.board.gauges[1] = GaugeState::Open;
+    bus.run(100);
+    assert_eq!(bus.shown().flt, 0);
+    assert_eq!(bus.read(0x1022, 3), [0, 16, 0]);
+}
+
+#[test]
+fn an_automatic_release_shows_b_then_f_until_an_activation_with_ract_0_or_1() {
+    for action in [0x1100, 0x1900, 0x1000] {
+        let mut bus = Bus::activated(Settings::default());
+        bus.board.grip = [1.0; 3];
+        bus.go(255);
+        bus.run(1_500);
+        assert_eq!(bus.shown().obj, 2);
+        bus.write(REQUEST, &[action]);
+        assert_eq!(bus.shown().flt, 0xB);
+        bus.run(2_000);
+        let shown = bus.shown();
+        assert_eq!((shown.flt, shown.po, shown.cu), (0xF, 3, 0), "{action:#x}");
+        // Nothing moves until then.
+        bus.write(REQUEST, &[action & 0xef00, 200, 0xffff]);
+        bus.write(REQUEST, &[action & 0xef00 | 0x0800, 100, 0xffff]);
+        bus.run(500);
+        assert_eq!(bus.shown().po, 3);
+        bus.write(REQUEST, &[0, 0, 0]);
+        assert_eq!(bus.shown().flt, 0);
+        bus.write(REQUEST, &[0x0100, 0, 0]);
+        bus.run(200);
+        assert_eq!((bus.shown().sta, bus.shown().flt), (3, 0));
+        assert_eq!(bus.go(255).obj, 0);
+    }
+}
+
+#[test]
+fn rgto_0_holds_the_grasp_and_acknowledges_nothing() {
+    let mut bus = Bus::activated(Settings::default());
+    bus.board.grip = [1.0; 3];
+    bus.go(255);
+    bus.run(1_500);
+    assert_eq!(bus.shown().obj, 2);
+    // A driver sends this after each grasp.
+    bus.write(REQUEST, &[0x0100, 0, 0]);
+    bus.run(1_000);
+    let shown = bus.shown();
+    assert_eq!((shown.obj, shown.gto, shown.pr), (2, false, 0));
+    bus.drop_object();
+    assert_eq!(bus.shown().obj, 3);
+    bus.write(REQUEST, &[0x0900, 0, 0]);
+    bus.write(REQUEST, &[0x0100, 0, 0]);
+    assert_eq!(bus.read_one(0x1030), 1, "the loss is latched");
+}
+
+#[test]
+fn rgto_0_while_closing_keeps_the_pressure_that_is_there() {
+    for ms in [100, 200, 300] {
+        let mut bus = Bus::activated(Settings::default());
+        bus.go(255);
+        bus.run(ms);
+        let there = bus.board.pressure_kpa;
+        bus.write(REQUEST, &[0x0100]);
+        bus.run(1_000);
+        let now = bus.board.pressure_kpa;
+        assert!((now - there).abs() < 3.0, "{ms}: {there} became {now}");
+        assert_eq!(bus.shown().obj, 3);
+        // And another go-to goes on.
+        bus.write(REQUEST, &[0x0900]);
+        assert_eq!(bus.shown().obj, 0);
+        bus.run(1_500);
+        assert!((bus.board.pressure_kpa - 160.0).abs() < 2.0);
+    }
+    // At once there is nothing to keep.
+    let mut bus = Bus::activated(Settings::default());
+    bus.go(255);
+    bus.write(REQUEST, &[0x0100]);
+    bus.run(500);
+    assert_eq!(bus.board.state(), State::Idle);
+}
+
+#[test]
+fn gpo_is_3_for_open_fingers_and_230_for_closed_ones() {
+    let mut bus = Bus::activated(Settings::default());
+    assert_eq!(bus.shown().po, 3);
+    let mut before = 3;
+    for position in [50, 100, 150, 200, 255] {
+        bus.go(position);
+        bus.run(3_000);
+        let shown = bus.shown();
+        // Free fingers bend as far as is asked for.
+        let wanted = 3.0 + 227.0 * f32::from(position) / 255.0;
+        assert!((f32::from(shown.po) - wanted).abs() <= 3.0, "{shown:?}");
+        assert!(shown.po > before);
+        before = shown.po;
+    }
+    assert!((228..=230).contains(&before));
+}
+
+#[test]
+fn rubbish_is_refused_by_number_or_not_answered_and_the_next_good_request_is() {
+    let mut bus = Bus::activated(Settings::default());
+    let refused: [(&[u8], u8); 9] = [
+        (&[5, 0x03, 0xE8, 0xff, 0], 1),
+        (&[43, 14, 1, 0], 1),
+        (&[3, 0x03, 0xE7, 0, 1], 2),
+        (&[3, 0x07, 0xD0, 0, 7], 2),
+        (&[4, 0xff, 0xff, 0, 2], 2),
+        (&[6, 0x07, 0xD0, 0, 1], 2),
+        (&[3, 0x07, 0xD0, 0, 0], 3),
+        (&[3, 0x07, 0xD0, 0, 126], 3),
+        (&[16, 0x03, 0xE8, 0, 1, 4, 0, 0, 0, 0], 3),
+    ];
+    for (pdu, exception) in refused {
+        assert_eq!(bus.refused(pdu), exception, "{pdu:02x?}");
+        bus.shown();
+    }
+    let read = [3, 0x07, 0xD0, 0, 3];
+    let mut bad = Bus::framed(&read);
+    bad[4] ^= 1;
+    let good = Bus::framed(&read);
+    let silent = [
+        bad,
+        Bus::framed_for(8, &read),
+        Bus::framed_for(0, &read),
+        good[..6].to_vec(),
+        vec![0xff; 300],
+        // Its own answers, as an echo of the line.
+        Bus::framed(&[3, 6, 0, 0, 0, 0, 0, 0]),
+        Bus::framed(&[0x83, 2]),
+    ];
+    for bytes in silent {
+        assert_eq!(bus.exchange(&bytes), [], "{bytes:02x?}");
+        bus.run(21);
+        assert_eq!(bus.exchange(&good).len(), 11);
+    }
+    // What is behind a good request is nothing.
+    let mut long = good.clone();
+    long.extend([1, 2, 3]);
+    assert_eq!(bus.exchange(&long).len(), 11);
+    bus.run(21);
+    assert_eq!(bus.exchange(&good).len(), 11);
+}
+
+#[test]
+fn gflt_9_needs_a_time_that_the_settings_state() {
+    let mut bus = Bus::activated(Settings::default());
+    bus.run(5_000);
+    assert_eq!(bus.shown().flt, 0);
+}
+
+#[test]
+fn an_answer_that_would_be_late_is_not_sent() {
+    let mut bus = Bus::activated(Settings::default());
+    let read = Bus::framed(&[3, 0x07, 0xD0, 0, 3]);
+    // The request has lain somewhere for longer than any driver waits.
+    for &byte in &read {
+        bus.receiver.receive(bus.now(), byte);
+    }
+    bus.run(101);
+    assert!(bus.receiver.frame(bus.now()).is_none());
+    for &byte in &read {
+        bus.receiver.receive(bus.now(), byte);
+    }
+    bus.run(99);
+    assert!(bus.receiver.frame(bus.now()).is_some());
+}
+
+#[test]
+fn an_answer_leaves_at_most_three_ticks_after_its_request() {
+    let mut bus = Bus::activated(Settings::default());
+    bus.board.grip = [1.0; 3];
+    let mut most = 0;
+    for (position, speed_force) in [(200, 0xffff), (0, 0x0000), (255, 0x8080)] {
+        bus.write(REQUEST, &[0x0900, position, speed_force]);
+        most = most.max(bus.ticks);
+        bus.run(3_000);
+        bus.shown();
+        assert_eq!(bus.ticks, 1);
+    }
+    // Acknowledgement of a loss, speed and grip.
+    bus.drop_object();
+    assert_eq!(bus.shown().obj, 3);
+    bus.write(REQUEST, &[0x0900, 100, 0x1010]);
+    assert_eq!(most.max(bus.ticks), 3);
 }

@@ -59,7 +59,7 @@ pub struct Bus {
     pub reply: Reply,
     /// Ticks that the last answer took.
     pub ticks: u32,
-    /// What the digital inputs want in the next tick.
+    /// What the digital inputs want in the next tick; a stop lasts, as its circuit stays open.
     pub pins: Command,
     /// What the last request asked for.
     pub work: Option<Work>,
@@ -106,7 +106,10 @@ impl Bus {
 
     /// One tick; if that was the last of what a request wanted, what is answered to it.
     pub fn tick(&mut self) -> Option<Vec<u8>> {
-        let pins = std::mem::replace(&mut self.pins, Command::Continue);
+        let pins = self.pins;
+        if pins != Command::Stop {
+            self.pins = Command::Continue;
+        }
         let command = self.link.command(pins);
         let outputs = self.board.step(command);
         let status = self.link.ticked(&self.board.controller, &outputs)?;
@@ -121,6 +124,14 @@ impl Bus {
     pub fn run(&mut self, ms: u64) {
         for _ in 0..ms {
             assert_eq!(self.tick(), None);
+        }
+    }
+
+    /// The object falls, as [`MockBoard::drop_object`] has it.
+    pub fn drop_object(&mut self) {
+        for ms in 0..80 {
+            self.board.grip = [(1.0 - ms as f32 / 44.0).max(0.14); 3];
+            self.run(1);
         }
     }
 
