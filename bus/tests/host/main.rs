@@ -2,6 +2,8 @@
 
 mod clients;
 mod line;
+mod losses;
 #[allow(dead_code, reason = "the controller's tests use the rest")]
 #[path = "../../../tests/host/mock.rs"]
 mod mock;
+mod own;
