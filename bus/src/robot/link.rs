@@ -44,18 +44,22 @@ impl Wishes {
         self.0.iter_mut().find_map(Option::take)
     }
 
-    /// Leaves out what would close the fingers, or all; whether there was anything to be done.
-    fn drop(&mut self, all: bool) -> bool {
+    /// Leaves out what is void where the digital inputs want `pins`: a stop drops all, a release what would close the
+    /// fingers, and any command says that somebody is there. True if something is dropped that would have been done.
+    fn drop(&mut self, pins: Command) -> bool {
         let mut dropped = false;
         for place in &mut self.0 {
-            let closes = matches!(
-                place,
-                Some(Wish::Command(Command::Grip(_) | Command::Sweep))
-            );
-            if all || closes {
-                let is_done = matches!(place, None | Some(Wish::Command(Command::Alive)));
+            let (is_void, counts) = match place {
+                None => (false, false),
+                Some(Wish::Command(Command::Alive)) => (true, false),
+                Some(Wish::Command(Command::Grip(_) | Command::Sweep)) => {
+                    (matches!(pins, Command::Stop | Command::Release), true)
+                }
+                Some(_) => (pins == Command::Stop, true),
+            };
+            if is_void {
                 *place = None;
-                dropped |= !is_done;
+                dropped |= counts;
             }
         }
         dropped
@@ -171,13 +175,10 @@ impl Link {
     /// in which they want nothing. A stop drops what the bus wants, a release what would close the fingers.
     pub fn command(&mut self, pins: Command) -> Command {
         self.is_from_bus = false;
-        let dropped = match pins {
-            Command::Continue => return self.next(),
-            Command::Stop => self.wishes.drop(true),
-            Command::Release => self.wishes.drop(false),
-            _ => false,
-        };
-        if dropped {
+        if pins == Command::Continue {
+            return self.next();
+        }
+        if self.wishes.drop(pins) {
             self.fate = Some(Fate::Dropped);
         }
         pins

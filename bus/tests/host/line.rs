@@ -50,6 +50,7 @@ impl Shown {
 }
 
 /// The gripper and its line.
+#[derive(Clone)]
 pub struct Bus {
     pub board: MockBoard,
     pub robot: Robot,
@@ -61,6 +62,8 @@ pub struct Bus {
     pub ticks: u32,
     /// What the digital inputs want in the next tick; a stop lasts, as its circuit stays open.
     pub pins: Command,
+    /// Ticks before that.
+    pub pins_in: u32,
     /// What the last request asked for.
     pub work: Option<Work>,
 }
@@ -80,6 +83,7 @@ impl Bus {
             reply: Reply::new(),
             ticks: 0,
             pins: Command::Continue,
+            pins_in: 0,
             work: None,
         };
         bus.run(1);
@@ -106,8 +110,11 @@ impl Bus {
 
     /// One tick; if that was the last of what a request wanted, what is answered to it.
     pub fn tick(&mut self) -> Option<Vec<u8>> {
-        let pins = self.pins;
-        if pins != Command::Stop {
+        let mut pins = self.pins;
+        if self.pins_in > 0 {
+            self.pins_in -= 1;
+            pins = Command::Continue;
+        } else if pins != Command::Stop {
             self.pins = Command::Continue;
         }
         let command = self.link.command(pins);

@@ -7,3 +7,4 @@ mod losses;
 #[path = "../../../tests/host/mock.rs"]
 mod mock;
 mod own;
+mod together;
