@@ -57,9 +57,6 @@ impl Function {
 pub struct Values<'a>(&'a [[u8; 2]]);
 
 impl Values<'_> {
-    /// None.
-    pub const NONE: Self = Self(&[]);
-
     /// How many.
     pub fn count(&self) -> u16 {
         self.0.len() as u16
@@ -71,17 +68,35 @@ impl Values<'_> {
     }
 }
 
-/// A range of registers to read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Successive registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Range {
     /// The first.
     pub address: u16,
-    /// How many; no register lies beyond 0xFFFF.
+    /// How many.
     pub count: u16,
 }
 
 impl Range {
-    /// The addresses in their order.
+    /// None.
+    pub const NONE: Self = Self {
+        address: 0,
+        count: 0,
+    };
+
+    /// Address and count, of which there are at most so many.
+    fn of([a, b, c, d]: [u8; 4], most: u16) -> Result<Self, Exception> {
+        let range = Self {
+            address: u16::from_be_bytes([a, b]),
+            count: u16::from_be_bytes([c, d]),
+        };
+        match (1..=most).contains(&range.count) {
+            true => Ok(range),
+            false => Err(Exception::IllegalValue),
+        }
+    }
+
+    /// The addresses in their order. After the last one of all comes 0, where no register lies.
     pub fn addresses(self) -> impl Iterator<Item = u16> {
         (0..self.count).map(move |place| self.address.wrapping_add(place))
     }
@@ -114,63 +129,41 @@ impl<'a> Request<'a> {
     ///
     /// # Errors
     /// The exception that is to be answered: an unknown function, a count outside the protocol's limits or one that
-    /// does not agree with the number of bytes, registers beyond 0xFFFF.
+    /// does not agree with the number of bytes. Whether there are such registers is for others to find.
     pub fn decode(code: u8, data: &'a [u8]) -> Result<Self, Exception> {
         let function = Function::of(code).ok_or(Exception::IllegalFunction)?;
-        let (words, odd) = data.as_chunks::<2>();
-        let read = |words: &[[u8; 2]]| match *words {
-            [address, count, ..] => range(address, count, MOST_READ),
-            _ => Err(Exception::IllegalValue),
+        let (read, rest) = match function {
+            Function::ReadHolding | Function::ReadInput | Function::ReadWrite => {
+                let head = data.split_first_chunk::<4>();
+                let (head, rest) = head.ok_or(Exception::IllegalValue)?;
+                (Range::of(*head, MOST_READ)?, rest)
+            }
+            Function::WriteOne | Function::WriteMany => (Range::NONE, data),
         };
-        let none = Range::default();
-        let (written, read) = match (function, words, odd) {
-            (Function::ReadHolding | Function::ReadInput, [_, _], []) => {
-                ((none, Values::NONE), read(words)?)
+        let (write_address, values) = match (function, rest) {
+            (Function::ReadHolding | Function::ReadInput, []) => (0, rest),
+            (Function::WriteOne, [a, b, values @ ..]) if values.len() == 2 => {
+                (u16::from_be_bytes([*a, *b]), values)
             }
-            (Function::WriteOne, [address, _], []) => {
-                let one = Range {
-                    address: u16::from_be_bytes(*address),
-                    count: 1,
+            (Function::WriteMany | Function::ReadWrite, [a, b, c, d, bytes, values @ ..]) => {
+                let most = match function {
+                    Function::ReadWrite => MOST_WRITTEN_BEFORE_READ,
+                    _ => MOST_WRITTEN,
                 };
-                ((one, Values(words.get(1..).unwrap_or_default())), none)
-            }
-            (Function::WriteMany, ..) => (written(data, MOST_WRITTEN)?, none),
-            (Function::ReadWrite, [_, _, ..], _) => {
-                let behind = data.get(4..).unwrap_or_default();
-                (written(behind, MOST_WRITTEN_BEFORE_READ)?, read(words)?)
+                let range = Range::of([*a, *b, *c, *d], most)?;
+                let stated = [usize::from(*bytes), usize::from(range.count) << 1];
+                if stated != [values.len(); 2] {
+                    return Err(Exception::IllegalValue);
+                }
+                (range.address, values)
             }
             _ => return Err(Exception::IllegalValue),
         };
         Ok(Self {
             function,
-            write_address: written.0.address,
-            values: written.1,
+            write_address,
+            values: Values(values.as_chunks().0),
             read,
         })
-    }
-}
-
-fn range(address: [u8; 2], count: [u8; 2], most: u16) -> Result<Range, Exception> {
-    let (address, count) = (u16::from_be_bytes(address), u16::from_be_bytes(count));
-    if count == 0 || count > most {
-        return Err(Exception::IllegalValue);
-    }
-    match address.checked_add(count - 1) {
-        Some(_) => Ok(Range { address, count }),
-        None => Err(Exception::IllegalAddress),
-    }
-}
-
-/// Address, count, number of bytes and values, to the end of the data.
-fn written(data: &[u8], most: u16) -> Result<(Range, Values<'_>), Exception> {
-    let [a, b, c, d, bytes, values @ ..] = data else {
-        return Err(Exception::IllegalValue);
-    };
-    let range = range([*a, *b], [*c, *d], most)?;
-    let (values, odd) = values.as_chunks::<2>();
-    let agree = usize::from(*bytes) == 2 * values.len() && usize::from(range.count) == values.len();
-    match (agree, odd) {
-        (true, []) => Ok((range, Values(values))),
-        _ => Err(Exception::IllegalValue),
     }
 }

@@ -1,6 +1,7 @@
 //! The gripper on a bus, with the mocked board of the controller's tests behind it.
 
 mod clients;
+mod codec;
 mod line;
 mod losses;
 #[allow(dead_code, reason = "the controller's tests use the rest")]
