@@ -163,7 +163,8 @@ impl Bus {
         Vec::new()
     }
 
-    fn take(&mut self) -> Option<Vec<u8>> {
+    /// Takes the request that has ended, if one has, and gives what is answered to it.
+    pub fn take(&mut self) -> Option<Vec<u8>> {
         let now = self.now();
         let frame = self.receiver.frame(now)?;
         let values = &mut self.values;

@@ -2,6 +2,7 @@
 
 mod clients;
 mod codec;
+mod hostile;
 mod line;
 mod losses;
 #[allow(dead_code, reason = "the controller's tests use the rest")]
