@@ -347,6 +347,50 @@ fn gpo_is_3_for_open_fingers_and_230_for_closed_ones() {
 }
 
 #[test]
+fn an_opening_goes_on_when_rgto_goes() {
+    let mut bus = Bus::activated(Settings::default());
+    bus.go(255);
+    bus.run(1_500);
+    bus.go(0);
+    bus.run(50);
+    bus.write(REQUEST, &[0x0100]);
+    assert_eq!(bus.shown().obj, 0);
+    bus.run(1_500);
+    assert_eq!(bus.board.state(), State::Idle);
+}
+
+#[test]
+fn rsp_is_how_fast_and_rfr_how_hard_and_both_act_with_the_next_go_to() {
+    // Time to half the pressure, ms.
+    let rise = |speed: u16| {
+        let mut bus = Bus::activated(Settings::default());
+        bus.write(REQUEST, &[0x0900, 255, speed << 8 | 255]);
+        let began = bus.board.now_ms();
+        while bus.board.pressure_kpa < 80.0 {
+            bus.run(1);
+        }
+        bus.board.now_ms() - began
+    };
+    // 80 kPa at 400 and 40 kPa/s, and the lag of the air.
+    let (fast, slow) = (rise(255), rise(0));
+    assert!((200..350).contains(&fast), "{fast}");
+    assert!((2_000..2_200).contains(&slow), "{slow}");
+
+    let mut bus = Bus::activated(Settings::default());
+    for (force, kpa) in [(0, 80.0), (255, 160.0), (128, 120.2)] {
+        bus.write(REQUEST + 2, &[0xff00 | force]);
+        let before = bus.board.pressure_kpa;
+        bus.run(1_000);
+        assert!((bus.board.pressure_kpa - before).abs() < 2.0);
+        bus.write(REQUEST, &[0x0100, 255]);
+        bus.write(REQUEST, &[0x0900]);
+        bus.run(3_000);
+        let there = bus.board.pressure_kpa;
+        assert!((there - kpa).abs() < 1.0, "{force}: {there}");
+    }
+}
+
+#[test]
 fn rubbish_is_refused_by_number_or_not_answered_and_the_next_good_request_is() {
     let mut bus = Bus::activated(Settings::default());
     let refused: [(&[u8], u8); 9] = [

@@ -384,7 +384,7 @@ fn any_command(rng: &mut Rng) -> Command {
         ),
         _ => most * rng.f32(),
     };
-    match rng.u8(..13) {
+    match rng.u8(..15) {
         0 | 1 => Command::Grip(Grip::Default),
         2 => Command::Grip(Grip::Pressure(Kilopascals(number(rng, 160.0)))),
         3 => Command::Grip(Grip::Bend(Degrees(number(rng, 91.0)))),
@@ -399,6 +399,8 @@ fn any_command(rng: &mut Rng) -> Command {
         9 => Command::Alive,
         10 => Command::Motion(pick(rng, &[Motion::Still, Motion::Moving])),
         11 => Command::Tare,
+        12 => Command::Halt,
+        13 => Command::Slew(number(rng, 1.2)),
         _ => Command::Sweep,
     }
 }
