@@ -57,6 +57,15 @@ impl Options {
     }
 }
 
+fn add(all: &mut Tally, more: &Tally) {
+    all.frames += more.frames;
+    all.answered += more.answered;
+    all.exceptions += more.exceptions;
+    all.broadcasts += more.broadcasts;
+    all.written += more.written;
+    all.settings += more.settings;
+}
+
 /// The lives of one thread; the first frame that broke a rule ends them.
 fn live(options: &Options, thread: u64) -> Result<Tally, String> {
     let mut all = Tally::default();
@@ -69,7 +78,7 @@ fn live(options: &Options, thread: u64) -> Result<Tally, String> {
             let told = hostile.feed(&bytes);
             told.map_err(|what| format!("--seed {}, life {life}: {what}", options.seed))?;
         }
-        all.add(&hostile.tally);
+        add(&mut all, &hostile.tally);
     }
     Ok(all)
 }
@@ -97,7 +106,7 @@ fn main() -> ExitCode {
     let mut all = Tally::default();
     for result in results {
         match result {
-            Ok(tally) => all.add(&tally),
+            Ok(tally) => add(&mut all, &tally),
             Err(what) => {
                 eprintln!("BROKEN: {what}");
                 return ExitCode::FAILURE;

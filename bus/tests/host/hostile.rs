@@ -32,17 +32,6 @@ pub struct Tally {
     pub settings: u64,
 }
 
-impl Tally {
-    pub fn add(&mut self, more: &Self) {
-        self.frames += more.frames;
-        self.answered += more.answered;
-        self.exceptions += more.exceptions;
-        self.broadcasts += more.broadcasts;
-        self.written += more.written;
-        self.settings += more.settings;
-    }
-}
-
 /// The gripper, and what its writable registers must be.
 pub struct Hostile {
     bus: Bus,
