@@ -9,3 +9,5 @@ extern crate std;
 
 pub mod modbus;
 pub mod robot;
+
+pub mod page;

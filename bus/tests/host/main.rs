@@ -9,4 +9,5 @@ mod losses;
 #[path = "../../../tests/host/mock.rs"]
 mod mock;
 mod own;
+mod page;
 mod together;

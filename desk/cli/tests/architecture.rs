@@ -27,7 +27,7 @@ const INTERNAL: [(&str, &[&str]); 12] = [
     (
         "softgrip-cli",
         &[
-            "evaluate", "finger", "report", "settings", "sim", "softgrip", "studies",
+            "bus", "evaluate", "finger", "report", "settings", "sim", "softgrip", "studies",
         ],
     ),
     ("softgrip-hil", &["finger", "report", "sim", "softgrip"]),
