@@ -14,7 +14,7 @@ mod numbers;
 mod own;
 mod registers;
 
-pub use link::{Fate, Link, Record, Status, Wish, Wishes};
+pub use link::{Fate, Link, Record, Status, Wishes};
 pub use numbers::{DETAILS, REFUSALS};
 pub use registers::{Access, Item, MAP_VERSION, REGISTERS, Register, SETTINGS_FROM, Shape};
 
@@ -54,12 +54,13 @@ struct Waiting {
     read: Range,
 }
 
-/// What a write wants.
+/// Where a request writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Write {
     Nothing,
     Compatible { place: u16 },
     Own,
-    Settings(Values),
+    Settings,
 }
 
 /// What a robot sees and wants.
@@ -101,24 +102,22 @@ impl Robot {
     ) -> Option<Work> {
         self.waiting = None;
         reply.clear();
-        let work = frame
-            .request
-            .and_then(|request| self.take(now, &request, values));
-        self.own.count(work.is_ok());
-        match work {
-            Ok(work) => {
-                if frame.is_broadcast {
-                    self.waiting = None;
-                }
-                Some(work)
-            }
-            Err(exception) => {
-                if !frame.is_broadcast {
-                    reply.except(self.id, frame.code, exception);
-                }
-                None
-            }
+        let mut work = Work {
+            wishes: Wishes::NONE,
+            settings_changed: false,
+            save: false,
+        };
+        let taken = match frame.request {
+            Ok(request) => self.take(now, &request, values, &mut work),
+            Err(exception) => Err(exception),
+        };
+        self.own.count(taken.is_ok());
+        if frame.is_broadcast {
+            self.waiting = None;
+        } else if let Err(exception) = taken {
+            reply.except(self.id, frame.code, exception);
         }
+        taken.is_ok().then_some(work)
     }
 
     /// Carries a request out, all of it or nothing.
@@ -127,14 +126,10 @@ impl Robot {
         now: Instant,
         request: &Request,
         values: &mut Values,
-    ) -> Result<Work, Exception> {
+        work: &mut Work,
+    ) -> Result<(), Exception> {
         let fingers = self.fingers(values);
         let write = self.check(request, values, &fingers)?;
-        let mut work = Work {
-            wishes: Wishes::NONE,
-            settings_changed: false,
-            save: false,
-        };
         match write {
             Write::Nothing => {}
             Write::Compatible { place } => {
@@ -145,8 +140,8 @@ impl Robot {
                 }
             }
             Write::Own => work.save = self.write_own(request, &mut work.wishes),
-            Write::Settings(new) => {
-                *values = new;
+            Write::Settings => {
+                *values = self.set(request, *values)?;
                 self.own.changed = true;
                 work.settings_changed = true;
             }
@@ -155,7 +150,7 @@ impl Robot {
             self.compatible.go_if_due(&fingers, &mut work.wishes);
         }
         if work.wishes.is_empty() {
-            work.wishes.add(Wish::Command(Command::Alive));
+            work.wishes.add(Command::Alive);
         }
         let first = request.values.iter().next().unwrap_or_default();
         self.waiting = Some(Waiting {
@@ -167,7 +162,7 @@ impl Robot {
             },
             read: request.read,
         });
-        Ok(work)
+        Ok(())
     }
 
     /// Writes to the own block. True if the settings are to be stored.
@@ -187,7 +182,7 @@ impl Robot {
         save
     }
 
-    /// Checks all of a request, and says what it wants to write.
+    /// Checks all of a request but the values of settings, and says where it writes.
     fn check(
         &self,
         request: &Request,
@@ -211,15 +206,17 @@ impl Robot {
             Some(At::Item(..)) => Write::Own,
             // Half a value is none.
             Some(At::Setting(_, Half::Upper)) if request.values.count().is_multiple_of(2) => {
-                return self.check_settings(request, *values);
+                Write::Settings
             }
             Some(At::Setting(..)) | None => return Err(Exception::IllegalAddress),
         };
         for (address, value) in request.written() {
-            match (&write, registers::find(address)) {
+            match (write, registers::find(address)) {
                 (Write::Compatible { .. }, Some(At::Item(item, _)))
                     if item.access() == Access::ReadWrite => {}
                 (Write::Own, Some(At::Item(item, _))) => Own::check(item, value, fingers)?,
+                (Write::Settings, Some(At::Setting(number, _))) if values.get(number).is_some() => {
+                }
                 _ => return Err(Exception::IllegalAddress),
             }
         }
@@ -227,7 +224,7 @@ impl Robot {
     }
 
     /// The settings with what a request writes of them.
-    fn check_settings(&self, request: &Request, mut values: Values) -> Result<Write, Exception> {
+    fn set(&self, request: &Request, mut values: Values) -> Result<Values, Exception> {
         // A sweep would be judged by other settings than it began with.
         if self.sweeps {
             return Err(Exception::Busy);
@@ -237,7 +234,6 @@ impl Robot {
             match registers::find(address) {
                 Some(At::Setting(_, Half::Upper)) => upper = value,
                 Some(At::Setting(number, Half::Lower)) => {
-                    values.get(number).ok_or(Exception::IllegalAddress)?;
                     let bits = u32::from(upper) << 16 | u32::from(value);
                     let set = values.set(number, f32::from_bits(bits));
                     set.map_err(|_| Exception::IllegalValue)?;
@@ -246,7 +242,7 @@ impl Robot {
             }
         }
         match values.first_problem(self.table.max_pressure_kpa) {
-            None => Ok(Write::Settings(values)),
+            None => Ok(values),
             Some(_) => Err(Exception::IllegalValue),
         }
     }

@@ -3,7 +3,7 @@
 //! A go-to is an event, not a state: rGTO 0→1, another rPR, or an activation with rGTO set. The same registers
 //! written again and again change nothing. Another rSP or rFR takes effect with the next go-to.
 
-use super::link::{Fate, Status, Wish, Wishes};
+use super::link::{Fate, Status, Wishes};
 use softgrip::command::{Command, Grip};
 use softgrip::estimate::OPEN_KPA;
 use softgrip::fault::Fault;
@@ -37,7 +37,7 @@ enum Phase {
     /// Not activated.
     Reset,
     /// The fingers open.
-    Activating { since: Instant },
+    Activating,
     /// It obeys.
     Active,
     /// An automatic release is running.
@@ -84,6 +84,8 @@ pub struct Compatible {
     /// rACT has been 0 since the start: a driver that only repeats what it wrote before a restart closes nothing.
     reset_seen: bool,
     phase: Phase,
+    /// When the last activation began.
+    since: Instant,
     /// A go-to waits for the end of the activation.
     due: bool,
     /// The speed that the controller has; unknown after a command was dropped.
@@ -101,6 +103,7 @@ impl Compatible {
             written: [0; 3],
             reset_seen: false,
             phase: Phase::Reset,
+            since: Instant::from_micros(0),
             due: false,
             speed: Some(u8::MAX),
             lost: None,
@@ -166,21 +169,22 @@ impl Compatible {
             self.due = false;
             let reset = fallen & ACTIVATE != 0;
             if reset {
-                wishes.add(Wish::Command(Command::Halt));
-                wishes.add(Wish::Command(Command::Acknowledge));
+                wishes.add(Command::Halt);
+                wishes.add(Command::Acknowledge);
             }
             return reset;
         }
         let begins = risen & ACTIVATE != 0 && was_reset;
         if begins {
-            self.phase = Phase::Activating { since: now };
-            wishes.add(Wish::Command(Command::Acknowledge));
+            self.phase = Phase::Activating;
+            self.since = now;
+            wishes.add(Command::Acknowledge);
             self.open(wishes);
         }
         let goes = wanted & GO_TO != 0;
         match self.phase {
             // What is open is where it is to go.
-            Phase::Activating { .. } => self.due = goes && self.position() > OPEN,
+            Phase::Activating => self.due = goes && self.position() > OPEN,
             Phase::Active if goes => {
                 if risen & GO_TO != 0 || self.position() != position {
                     self.go(fingers, wishes);
@@ -188,7 +192,7 @@ impl Compatible {
             }
             Phase::Active if fallen & GO_TO != 0 => {
                 self.due = false;
-                wishes.add(Wish::Command(Command::Halt));
+                wishes.add(Command::Halt);
             }
             Phase::Active | Phase::Reset | Phase::Releasing | Phase::Released => {}
         }
@@ -207,7 +211,7 @@ impl Compatible {
         self.due = false;
         // A loss that nobody has been shown is not acknowledged: until then the controller refuses a grip.
         if let Some(lost) = self.lost.filter(|_| self.lost == self.shown) {
-            wishes.add(Wish::AcknowledgeLoss(lost));
+            wishes.acknowledge(lost);
         }
         self.hurry(speed, wishes);
         let command = match self.position() {
@@ -217,19 +221,19 @@ impl Compatible {
                 Command::Grip(Grip::Pressure(pressure))
             }
         };
-        wishes.add(Wish::Command(command));
+        wishes.add(command);
     }
 
     /// Lets go, at full speed.
     fn open(&mut self, wishes: &mut Wishes) {
         self.hurry(u8::MAX, wishes);
-        wishes.add(Wish::Command(Command::Release));
+        wishes.add(Command::Release);
     }
 
     fn hurry(&mut self, speed: u8, wishes: &mut Wishes) {
         if self.speed != Some(speed) {
             self.speed = Some(speed);
-            wishes.add(Wish::Command(Command::Slew(share(SLOWEST, speed))));
+            wishes.add(Command::Slew(share(SLOWEST, speed)));
         }
     }
 
@@ -237,19 +241,20 @@ impl Compatible {
     pub fn observe(&mut self, status: &Status) {
         let snapshot = &status.snapshot;
         self.lost = snapshot.lost.map(|loss| loss.flagged);
-        if status.fate == Some(Fate::Dropped) {
+        if matches!(status.fate, Some(Fate::Dropped)) {
             self.speed = None;
         }
         let is_open = snapshot.setpoint.0 <= 0.0 && !is_inflated(status);
-        self.phase = match self.phase {
-            Phase::Activating { since } => match snapshot.now.micros_since(since) {
-                ACTIVATION_LIMIT_US.. => Phase::Active,
-                ACTIVATION_SHOWS_US.. if is_open => Phase::Active,
-                _ => self.phase,
-            },
-            Phase::Releasing if is_open => Phase::Released,
-            phase => phase,
-        };
+        match self.phase {
+            Phase::Activating => {
+                let micros = snapshot.now.micros_since(self.since);
+                if micros >= ACTIVATION_LIMIT_US || is_open && micros >= ACTIVATION_SHOWS_US {
+                    self.phase = Phase::Active;
+                }
+            }
+            Phase::Releasing if is_open => self.phase = Phase::Released,
+            _ => {}
+        }
     }
 
     /// The value of one of the three status registers. The first one shows a loss.
@@ -275,7 +280,7 @@ impl Compatible {
             shown &= !ACTIVATE;
         }
         let stage = match self.phase {
-            Phase::Activating { .. } => 1,
+            Phase::Activating => 1,
             _ if shown & ACTIVATE != 0 => 3,
             _ => 0,
         };
@@ -317,7 +322,7 @@ impl Compatible {
             None => match self.phase {
                 Phase::Reset if wanted & ACTIVATE == 0 => 7,
                 Phase::Reset => 5,
-                Phase::Activating { .. } if wanted & GO_TO != 0 => 5,
+                Phase::Activating if wanted & GO_TO != 0 => 5,
                 _ => 0,
             },
         }

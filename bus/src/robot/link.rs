@@ -8,57 +8,74 @@ use softgrip::fault::GaugeFault;
 use softgrip::telemetry::Snapshot;
 use softgrip::units::{FINGERS, Instant};
 
-/// One request leads to no more commands: an acknowledgement, a speed, a grip, a hint about the arm.
-const MOST_WISHES: usize = 4;
+/// One request leads to no more commands: an acknowledgement, a speed, a grip or a release.
+const MOST_WISHES: usize = 3;
 
-/// One thing that the bus wants.
+/// What one request wants of the next ticks: one command in each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wish {
-    /// This command.
-    Command(Command),
-    /// An acknowledgement of the loss that was reported at this moment, unless it is no longer latched, or a fault is.
-    AcknowledgeLoss(Instant),
+pub struct Wishes {
+    /// First, the loss that was reported at this moment is acknowledged, unless it is no longer latched, or a fault is.
+    lost: Option<Instant>,
+    /// In this order; [`Command::Continue`] is none.
+    commands: [Command; MOST_WISHES],
 }
-
-/// What one request wants of the next ticks, in this order: one thing of each.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wishes([Option<Wish>; MOST_WISHES]);
 
 impl Wishes {
     /// Nothing.
-    pub const NONE: Self = Self([None; MOST_WISHES]);
+    pub const NONE: Self = Self {
+        lost: None,
+        commands: [Command::Continue; MOST_WISHES],
+    };
 
-    /// Appends one. There is room for what any request wants.
-    pub fn add(&mut self, wish: Wish) {
-        if let Some(place) = self.0.iter_mut().find(|place| place.is_none()) {
-            *place = Some(wish);
+    /// Appends a command. There is room for what any request wants.
+    pub fn add(&mut self, command: Command) {
+        let mut places = self.commands.iter_mut();
+        if let Some(place) = places.find(|place| matches!(place, Command::Continue)) {
+            *place = command;
         }
+    }
+
+    /// Before all commands, an acknowledgement of the loss that was reported at this moment.
+    pub fn acknowledge(&mut self, lost: Instant) {
+        self.lost = Some(lost);
     }
 
     /// Whether nothing is wanted any more.
     pub fn is_empty(&self) -> bool {
-        self.0.iter().all(Option::is_none)
+        let mut commands = self.commands.iter();
+        self.lost.is_none() && commands.all(|command| matches!(command, Command::Continue))
     }
 
-    fn take(&mut self) -> Option<Wish> {
-        self.0.iter_mut().find_map(Option::take)
+    /// The next command, where this loss could be acknowledged.
+    fn take(&mut self, lost: Option<Instant>) -> Command {
+        if let Some(wanted) = self.lost.take() {
+            return match lost == Some(wanted) {
+                true => Command::Acknowledge,
+                false => Command::Continue,
+            };
+        }
+        let mut places = self.commands.iter_mut();
+        let place = places.find(|place| !matches!(place, Command::Continue));
+        place.map_or(Command::Continue, |place| {
+            core::mem::replace(place, Command::Continue)
+        })
     }
 
     /// Leaves out what is void where the digital inputs want `pins`: a stop drops all, a release what would close the
     /// fingers, and any command says that somebody is there. True if something is dropped that would have been done.
     fn drop(&mut self, pins: Command) -> bool {
-        let mut dropped = false;
-        for place in &mut self.0 {
+        let stops = matches!(pins, Command::Stop);
+        let mut dropped = stops && self.lost.take().is_some();
+        for place in &mut self.commands {
             let (is_void, counts) = match place {
-                None => (false, false),
-                Some(Wish::Command(Command::Alive)) => (true, false),
-                Some(Wish::Command(Command::Grip(_) | Command::Sweep)) => {
-                    (matches!(pins, Command::Stop | Command::Release), true)
+                Command::Continue | Command::Alive => (true, false),
+                Command::Grip(_) | Command::Sweep => {
+                    (stops || matches!(pins, Command::Release), true)
                 }
-                Some(_) => (pins == Command::Stop, true),
+                _ => (stops, true),
             };
             if is_void {
-                *place = None;
+                *place = Command::Continue;
                 dropped |= counts;
             }
         }
@@ -175,7 +192,7 @@ impl Link {
     /// in which they want nothing. A stop drops what the bus wants, a release what would close the fingers.
     pub fn command(&mut self, pins: Command) -> Command {
         self.is_from_bus = false;
-        if pins == Command::Continue {
+        if matches!(pins, Command::Continue) {
             return self.next();
         }
         if self.wishes.drop(pins) {
@@ -185,12 +202,8 @@ impl Link {
     }
 
     fn next(&mut self) -> Command {
-        let command = match self.wishes.take() {
-            Some(Wish::Command(command)) => command,
-            Some(Wish::AcknowledgeLoss(loss)) if self.lost == Some(loss) => Command::Acknowledge,
-            Some(Wish::AcknowledgeLoss(_)) | None => return Command::Continue,
-        };
-        self.is_from_bus = command != Command::Alive;
+        let command = self.wishes.take(self.lost);
+        self.is_from_bus = !matches!(command, Command::Continue | Command::Alive);
         command
     }
 

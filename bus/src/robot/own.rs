@@ -1,7 +1,7 @@
 //! The block that says what the gripper knows beyond the convention, and takes commands of its own.
 
 use super::compatible::Fingers;
-use super::link::{Fate, Status, Wish, Wishes};
+use super::link::{Status, Wishes};
 use super::numbers;
 use super::registers::{Half, Item, MAP_VERSION};
 use crate::modbus::Exception;
@@ -33,6 +33,16 @@ const MOST: f32 = i16::MAX as f32;
 /// 0.1 % of a share.
 const PER_MILLE: f32 = 1e3;
 
+/// What a row holds.
+enum Value {
+    /// In one register.
+    Word(u16),
+    /// In two.
+    Long(u32),
+    /// In so many parts of its unit, with a sign, in one.
+    Number(Option<f32>, f32),
+}
+
 /// The block's memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Own {
@@ -42,7 +52,8 @@ pub struct Own {
     pressure: u16,
     command: u16,
     motion: u16,
-    fate: Option<Fate>,
+    /// Number of what has become of the last command.
+    fate: u16,
     /// Losses that have been acknowledged, as they are counted.
     acknowledged: u16,
     /// Losses in the last status.
@@ -67,7 +78,7 @@ impl Own {
             pressure: 0,
             command: 0,
             motion: 0,
-            fate: None,
+            fate: 0,
             acknowledged: 0,
             losses: 0,
             requests: 0,
@@ -92,7 +103,9 @@ impl Own {
     /// Takes a status: before it is shown.
     pub fn observe(&mut self, status: &Status) {
         self.losses = status.record.losses;
-        self.fate = status.fate.or(self.fate);
+        if let Some(fate) = status.fate {
+            self.fate = numbers::of_fate(fate);
+        }
     }
 
     /// Whether a register takes this value.
@@ -142,7 +155,7 @@ impl Own {
             },
             _ => return false,
         };
-        wishes.add(Wish::Command(command));
+        wishes.add(command);
         false
     }
 
@@ -176,60 +189,63 @@ impl Own {
 
     /// The register with this offset in the item's row.
     pub fn shows(&self, item: Item, offset: u16, status: &Status, fingers: &Fingers) -> u16 {
-        let record = &status.record;
-        let snapshot = &status.snapshot;
-        match item {
+        match self.value(item, offset, status, fingers) {
+            Value::Word(word) => word,
+            Value::Long(number) => Half::at(offset).of(number),
+            Value::Number(number, parts) => signed(number, parts),
+        }
+    }
+
+    /// What a row holds; for a row of one register for each finger that of the finger `offset`.
+    fn value(&self, item: Item, offset: u16, status: &Status, fingers: &Fingers) -> Value {
+        let Status {
+            snapshot, record, ..
+        } = status;
+        let loss = self.loss(status);
+        let (refusal, detail) = record.refusal.map_or((0, 0), numbers::of_refusal);
+        let word = match item {
+            Item::Table => return Value::Long((fingers.table.inputs_hash >> 32) as u32),
+            Item::Uptime => return Value::Long(millis(snapshot.now)),
+            Item::LossOnset => return Value::Long(loss.map_or(0, |loss| millis(loss.onset))),
+            Item::LossFlagged => return Value::Long(loss.map_or(0, |loss| millis(loss.flagged))),
+            Item::Requests => return Value::Long(self.requests),
+
+            Item::MaxPressure => return Value::Number(Some(fingers.limit.0), TENTHS),
+            Item::FullBend => return Value::Number(Some(fingers.full_bend().0), TENTHS),
+            Item::Pressure => return Value::Number(snapshot.pressure.map(|kpa| kpa.0), TENTHS),
+            Item::SetPoint => return Value::Number(Some(snapshot.setpoint.0), TENTHS),
+            Item::Bend => return Value::Number(Some(snapshot.bend.0), TENTHS),
+            Item::Level => return Value::Number(snapshot.level, PER_MILLE),
+            Item::Margin => return Value::Number(snapshot.margin, PER_MILLE),
+            Item::Residual => {
+                let residual = of(&snapshot.residual, offset).flatten();
+                return Value::Number(residual.map(|ue| ue.0), 1.0);
+            }
+            Item::Noise => {
+                return Value::Number(of(&snapshot.noise, offset).map(|ue| ue.0), TENTHS);
+            }
+            Item::Drift => return Value::Number(of(&snapshot.drift, offset).map(|ue| ue.0), 1.0),
+            Item::LossEvidence => {
+                let evidence = loss.and_then(|loss| of(&loss.evidence, offset).flatten());
+                return Value::Number(evidence, PER_MILLE);
+            }
+
             Item::MapVersion => MAP_VERSION,
             Item::Version => VERSION,
-            Item::Table => long((fingers.table.inputs_hash >> 32) as u32, offset),
-            Item::Uptime => long(millis(snapshot.now), offset),
-            Item::MaxPressure => signed(Some(fingers.limit.0), TENTHS),
-            Item::FullBend => signed(Some(fingers.full_bend().0), TENTHS),
             Item::State => Activity::from(&snapshot.state) as u16,
-            Item::Fault => snapshot
-                .state
-                .fault()
-                .map_or(0, |fault| fault.code().into()),
+            Item::Fault => code(snapshot.state.fault()),
             Item::Flags => flags([
                 snapshot.state.is_holding(),
                 snapshot.lost.is_some(),
                 snapshot.tare_due,
             ]),
-            Item::Pressure => signed(snapshot.pressure.map(|kpa| kpa.0), TENTHS),
-            Item::SetPoint => signed(Some(snapshot.setpoint.0), TENTHS),
-            Item::Bend => signed(Some(snapshot.bend.0), TENTHS),
-            Item::Level => signed(snapshot.level, PER_MILLE),
-            Item::Margin => signed(snapshot.margin, PER_MILLE),
             Item::Touching => flags(snapshot.touching),
-            Item::Residual => signed(of(&snapshot.residual, offset).flatten().map(|ue| ue.0), 1.0),
-            Item::Noise => signed(of(&snapshot.noise, offset).map(|ue| ue.0), TENTHS),
-            Item::Drift => signed(of(&snapshot.drift, offset).map(|ue| ue.0), 1.0),
-            Item::GaugeFault => {
-                let fault = of(&status.gauges, offset).flatten().map(Fault::from);
-                fault.map_or(0, |fault| fault.code().into())
-            }
-            Item::LossCause => self
-                .loss(status)
-                .map_or(0, |loss| numbers::of_cause(loss.cause)),
-            Item::LossOnset => long(
-                self.loss(status).map_or(0, |loss| millis(loss.onset)),
-                offset,
-            ),
-            Item::LossFlagged => long(
-                self.loss(status).map_or(0, |loss| millis(loss.flagged)),
-                offset,
-            ),
+            Item::GaugeFault => code(of(&status.gauges, offset).flatten().map(Fault::from)),
+            Item::LossCause => loss.map_or(0, |loss| numbers::of_cause(loss.cause)),
             Item::LossLatency => {
-                let tenths = self.loss(status).map_or(0, |loss| loss.latency_us() / 100);
+                let tenths = loss.map_or(0, |loss| loss.latency_us() / 100);
                 u16::try_from(tenths).unwrap_or(u16::MAX)
             }
-            Item::LossEvidence => {
-                let evidence = self
-                    .loss(status)
-                    .and_then(|loss| of(&loss.evidence, offset));
-                signed(evidence.flatten(), PER_MILLE)
-            }
-            Item::Requests => long(self.requests, offset),
             Item::Exceptions => self.exceptions,
             Item::Holds => record.holds,
             Item::Losses => record.losses,
@@ -243,17 +259,14 @@ impl Own {
             Item::GripPressure => self.pressure,
             Item::Command => self.command,
             Item::Motion => self.motion,
-            Item::Fate => self.fate.map_or(0, numbers::of_fate),
-            Item::Refusal => record
-                .refusal
-                .map_or(0, |refusal| numbers::of_refusal(refusal).0),
-            Item::Detail => record
-                .refusal
-                .map_or(0, |refusal| numbers::of_refusal(refusal).1),
+            Item::Fate => self.fate,
+            Item::Refusal => refusal,
+            Item::Detail => detail,
             Item::Settings => self.changed.into(),
             // Of the compatible block, and what is reserved.
             _ => 0,
-        }
+        };
+        Value::Word(word)
     }
 
     /// The loss that nobody has acknowledged.
@@ -274,9 +287,9 @@ fn flags(bits: [bool; 3]) -> u16 {
     bits.fold(0, |flags, bit| flags << 1 | u16::from(bit))
 }
 
-/// One of two registers of a number.
-fn long(number: u32, offset: u16) -> u16 {
-    Half::at(offset).of(number)
+/// The number of a fault; zero for none.
+fn code(fault: Option<Fault>) -> u16 {
+    fault.map_or(0, |fault| fault.code().into())
 }
 
 /// Milliseconds since the start; they wrap.

@@ -217,7 +217,8 @@ fn ract_0_clears_gflt_at_once() {
 #[test]
 fn faults_show_as_the_convention_has_them_and_kflt_is_0() {
     // What latches, and what it shows.
-    let cases: [(fn(&mut Bus), u8); 5] = [
+    type Breaks = fn(&mut Bus);
+    let cases: [(Breaks, u8); 5] = [
         (|bus| bus.board.supply_v = 15.0, 0xA),
         (|bus| bus.board.valve_forced_kpa = Some(175.0), 0xE),
         (|bus| bus.board.late = true, 0xC),

@@ -220,7 +220,7 @@ impl Hostile {
         {
             return fail("settings that cannot be", bytes);
         }
-        if self.tally.frames % 8 == 0 {
+        if self.tally.frames.is_multiple_of(8) {
             for (range, registers) in WRITABLE.iter().zip(&self.registers) {
                 if self.bus.read(range.start, range.len() as u16) != *registers {
                     return fail("registers are not what was written", bytes);
