@@ -48,6 +48,7 @@ pub struct Work {
 #[derive(Debug, Clone, Copy)]
 struct Waiting {
     since: Instant,
+    is_broadcast: bool,
     code: u8,
     /// What is echoed of a write: address, and value or count.
     echo: [u16; 2],
@@ -88,8 +89,8 @@ impl Robot {
         }
     }
 
-    /// Takes a request that came at `now`, and the settings in use, which it may change. A request that waits for its
-    /// answer is given up.
+    /// Takes a request that came at `now`, and the settings in use, which it may change. While another one waits for its
+    /// answer it is refused as busy, up to [`STALE_US`]: what that one wants must not be lost.
     ///
     /// Some work: [`Robot::answer`] is to be called with the status after it, also for a broadcast. None: `reply` is to
     /// be sent at once; it is an exception, and nothing has been changed, or empty, where nobody is to be answered.
@@ -100,7 +101,6 @@ impl Robot {
         values: &mut Values,
         reply: &mut Reply,
     ) -> Option<Work> {
-        self.waiting = None;
         reply.clear();
         let mut work = Work {
             wishes: Wishes::NONE,
@@ -108,22 +108,27 @@ impl Robot {
             save: false,
         };
         let taken = match frame.request {
-            Ok(request) => self.take(now, &request, values, &mut work),
+            Ok(_) if self.is_busy(now) => Err(Exception::Busy),
+            Ok(request) => self.take(now, frame.is_broadcast, &request, values, &mut work),
             Err(exception) => Err(exception),
         };
         self.own.count(taken.is_ok());
-        if frame.is_broadcast {
-            self.waiting = None;
-        } else if let Err(exception) = taken {
+        if let (Err(exception), false) = (taken, frame.is_broadcast) {
             reply.except(self.id, frame.code, exception);
         }
         taken.is_ok().then_some(work)
+    }
+
+    fn is_busy(&self, now: Instant) -> bool {
+        let waiting = self.waiting.as_ref();
+        waiting.is_some_and(|waiting| now.micros_since(waiting.since) <= STALE_US)
     }
 
     /// Carries a request out, all of it or nothing.
     fn take(
         &mut self,
         now: Instant,
+        is_broadcast: bool,
         request: &Request,
         values: &mut Values,
         work: &mut Work,
@@ -155,6 +160,7 @@ impl Robot {
         let first = request.values.iter().next().unwrap_or_default();
         self.waiting = Some(Waiting {
             since: now,
+            is_broadcast,
             code: request.function as u8,
             echo: match request.function {
                 Function::WriteOne => [request.write_address, first],
@@ -262,10 +268,13 @@ impl Robot {
         self.sweeps = matches!(status.snapshot.state, State::Sweeping { .. });
         self.compatible.observe(status);
         self.own.observe(status);
-        let waiting = self.waiting.take();
-        let Some(waiting) = waiting.filter(|it| now.micros_since(it.since) <= STALE_US) else {
+        let is_late = !self.is_busy(now);
+        let Some(waiting) = self.waiting.take() else {
             return;
         };
+        if is_late || waiting.is_broadcast {
+            return;
+        }
         reply.begin(self.id, waiting.code);
         if waiting.read.count > 0 {
             reply.byte((waiting.read.count << 1) as u8);

@@ -1,6 +1,6 @@
 //! The own block: commands, values, settings, and what it refuses.
 
-use crate::line::{Bus, REQUEST};
+use crate::line::{Bus, ID, REQUEST};
 use crate::mock::adjusted;
 use bus::robot::{Access, REGISTERS, SETTINGS_FROM};
 use softgrip::Command;
@@ -248,6 +248,35 @@ fn the_finger_the_version_and_the_limits_are_there() {
     let words = bus.read(0x1004, 2);
     let uptime = u64::from(words[0]) << 16 | u64::from(words[1]);
     assert_eq!(uptime, bus.board.now_ms());
+}
+
+#[test]
+fn a_request_before_the_answer_to_another_is_busy_and_takes_nothing_from_it() {
+    for id in [ID, 0] {
+        let mut bus = Bus::activated(Settings::default());
+        let close = Bus::framed_for(id, &crate::line::writing(REQUEST, &[0x0900, 255, 0xffff]));
+        let read = Bus::framed(&[3, 0x07, 0xD0, 0, 3]);
+        let take = |bus: &mut Bus, bytes: &[u8]| {
+            let now = bus.now();
+            bytes
+                .iter()
+                .for_each(|&byte| bus.receiver.receive(now, byte));
+            let frame = bus.receiver.frame(now).expect("a frame");
+            bus.robot
+                .request(now, &frame, &mut bus.values, &mut bus.reply)
+        };
+        let work = take(&mut bus, &close).expect("accepted");
+        bus.link.ask(work.wishes);
+        assert_eq!(take(&mut bus, &read), None);
+        assert_eq!(bus.reply.bytes()[..3], [ID, 0x83, 6]);
+        let answer = bus.tick().expect("done in one tick");
+        assert_eq!(answer.is_empty(), id == 0);
+        assert_eq!(bus.shown().obj, 0);
+        // A control tick that never answers blocks nobody for ever.
+        take(&mut bus, &read).expect("accepted");
+        bus.board.now_us += 100_001;
+        take(&mut bus, &read).expect("accepted");
+    }
 }
 
 #[test]
