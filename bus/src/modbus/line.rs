@@ -84,7 +84,8 @@ impl Receiver {
     }
 
     /// Takes a byte that came at `now`, which must not run backwards. After each byte, and now and then without one,
-    /// [`Receiver::frame`] is to be asked.
+    /// [`Receiver::frame`] is to be asked. Where the line brings back what this slave sends, that is not to be given:
+    /// the answer to function 06 is its request once more.
     pub fn receive(&mut self, now: Instant, byte: u8) {
         if self.is_whole || self.is_silent(now) {
             // A frame that nobody has taken in time is none any more.

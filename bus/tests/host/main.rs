@@ -1,5 +1,6 @@
 //! The gripper on a bus, with the mocked board of the controller's tests behind it.
 
+mod activation;
 mod clients;
 mod codec;
 mod hostile;

@@ -1,7 +1,7 @@
 //! The own block: commands, values, settings, and what it refuses.
 
 use crate::line::{Bus, ID, REQUEST};
-use crate::mock::adjusted;
+use crate::mock::{GaugeState, adjusted};
 use bus::robot::{Access, REGISTERS, SETTINGS_FROM};
 use softgrip::Command;
 use softgrip::grasp::State;
@@ -325,4 +325,67 @@ fn a_stop_drops_what_the_bus_wanted_and_says_so() {
     // Nothing comes of it later.
     bus.run(1_000);
     assert_eq!(bus.board.pressure_kpa.round(), 0.0);
+}
+
+#[test]
+fn values_are_those_of_the_tick() {
+    let mut bus = Bus::new(Settings::default());
+    bus.board.grip = [1.0, 0.9, 0.8];
+    bus.write(PARAMETERS, &[60, 2_000, 0, 0, 3]);
+    for ms in [100, 400, 1_500, 3_000] {
+        bus.run(ms);
+        let words = bus.read(0x1010, 0x16);
+        let snapshot = bus.board.last.as_ref().expect("a tick").snapshot;
+        let signed = |number: Option<f32>, parts: f32| match number {
+            Some(number) => (parts * number).round() as i16 as u16,
+            None => 0x8000,
+        };
+        let one = |number: f32, parts| signed(Some(number), parts);
+        let residual = snapshot.residual.map(|ue| signed(ue.map(|ue| ue.0), 1.0));
+        let noise = snapshot.noise.map(|ue| one(ue.0, 10.0));
+        let drift = snapshot.drift.map(|ue| one(ue.0, 1.0));
+        let bit = |on: bool, bit: u16| u16::from(on) << bit;
+        assert_eq!(
+            words[2],
+            bit(snapshot.state.is_holding(), 0) | bit(snapshot.tare_due, 2)
+        );
+        assert_eq!(
+            words[3..8],
+            [
+                signed(snapshot.pressure.map(|kpa| kpa.0), 10.0),
+                one(snapshot.setpoint.0, 10.0),
+                one(snapshot.bend.0, 10.0),
+                signed(snapshot.level, 1e3),
+                signed(snapshot.margin, 1e3),
+            ]
+        );
+        let [a, b, c] = snapshot.touching;
+        assert_eq!(words[8], bit(a, 0) | bit(b, 1) | bit(c, 2));
+        assert_eq!(words[9..12], residual);
+        assert_eq!(words[12..15], noise);
+        assert_eq!(words[15..18], drift);
+    }
+    let snapshot = bus.board.last.as_ref().expect("a tick").snapshot;
+    assert!(snapshot.level.is_some() && snapshot.margin.is_some());
+    assert!(snapshot.touching == [true; 3]);
+}
+
+#[test]
+fn a_tare_that_is_due_and_a_drift_that_is_tracked_are_shown() {
+    let mut bus = Bus::new(Settings::default());
+    bus.run(2_000);
+    // The zero of a gauge creeps away.
+    for ms in 0..220_000 {
+        bus.board.gauges[1] = GaugeState::Offset(ms as f32 * 5e-3);
+        bus.run(1);
+    }
+    let snapshot = bus.board.last.as_ref().expect("a tick").snapshot;
+    assert!(snapshot.tare_due, "{snapshot:?}");
+    assert_eq!(bus.read_one(0x1012), 4);
+    let drift: Vec<i16> = bus
+        .read(0x101F, 3)
+        .iter()
+        .map(|word| word.cast_signed())
+        .collect();
+    assert!(drift[1] > 50 && drift[1] > 2 * drift[0].abs(), "{drift:?}");
 }
