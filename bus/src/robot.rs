@@ -151,9 +151,7 @@ impl Robot {
                 work.settings_changed = true;
             }
         }
-        if work.wishes.is_empty() {
-            self.compatible.go_if_due(&fingers, &mut work.wishes);
-        }
+        self.compatible.go_if_due(&fingers, &mut work.wishes);
         if work.wishes.is_empty() {
             work.wishes.add(Command::Alive);
         }
@@ -183,6 +181,9 @@ impl Robot {
         for (address, _) in request.written() {
             if let Some(At::Item(item, _)) = registers::find(address) {
                 save |= self.own.act(item, wishes);
+                if item == Item::Command && !wishes.is_empty() {
+                    self.compatible.stay();
+                }
             }
         }
         save

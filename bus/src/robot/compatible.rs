@@ -206,6 +206,11 @@ impl Compatible {
         }
     }
 
+    /// Does not go there: something else is wanted since.
+    pub fn stay(&mut self) {
+        self.due = false;
+    }
+
     fn go(&mut self, fingers: &Fingers, wishes: &mut Wishes) {
         let [speed, force] = self.bytes(2);
         self.due = false;
@@ -243,8 +248,9 @@ impl Compatible {
         self.lost = snapshot.lost.map(|loss| loss.flagged);
         if matches!(status.fate, Some(Fate::Dropped)) {
             self.speed = None;
+            self.due = false;
         }
-        let is_open = snapshot.setpoint.0 <= 0.0 && !is_inflated(status);
+        let is_open = !is_inflated(status);
         match self.phase {
             Phase::Activating => {
                 let micros = snapshot.now.micros_since(self.since);

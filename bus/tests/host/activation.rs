@@ -154,3 +154,28 @@ fn a_go_to_that_waits_for_the_activation_is_dropped_with_it() {
         assert_eq!((shown.obj, shown.po), (3, 3), "{action:#x}");
     }
 }
+
+#[test]
+fn a_go_to_that_waits_is_dropped_by_a_stop_and_by_a_command_of_the_own_block() {
+    for stops in [false, true] {
+        let mut bus = Bus::new(Settings::default());
+        bus.write(REQUEST, &[0, 0, 0]);
+        if stops {
+            bus.pins = Command::Stop;
+        }
+        bus.write(REQUEST, &[0x0900, 255, 0xffff]);
+        bus.pins = Command::Continue;
+        bus.run(400);
+        // What is said of the arm is no such command.
+        bus.write(0x1105, &[1]);
+        let obj = bus.clone().shown().obj;
+        assert_eq!(obj, if stops { 3 } else { 0 });
+        // Release, or an acknowledgement of the stop.
+        bus.write(0x1104, &[if stops { 6 } else { 4 }]);
+        bus.run(4_000);
+        bus.shown();
+        bus.run(1_000);
+        let shown = bus.shown();
+        assert_eq!((shown.sta, shown.po, shown.obj), (3, 3, 3), "{stops}");
+    }
+}

@@ -386,3 +386,23 @@ fn a_speed_that_a_stop_has_dropped_is_asked_for_again() {
     let there = bus.board.pressure_kpa;
     assert!((10.0..20.0).contains(&there), "{there}");
 }
+
+#[test]
+fn an_answer_whose_tick_comes_late_is_not_sent() {
+    let read = Bus::framed(&[3, 0x07, 0xD0, 0, 3]);
+    for (late_us, length) in [(99_000, 11), (99_001, 0)] {
+        let mut bus = Bus::activated(Settings::default());
+        let now = bus.now();
+        read.iter()
+            .for_each(|&byte| bus.receiver.receive(now, byte));
+        let frame = bus.receiver.frame(now).expect("a frame");
+        let work = bus
+            .robot
+            .request(now, &frame, &mut bus.values, &mut bus.reply);
+        bus.link.ask(work.expect("accepted").wishes);
+        bus.board.now_us += late_us;
+        assert_eq!(bus.tick().expect("a status").len(), length);
+        // And the next one is answered.
+        bus.shown();
+    }
+}
