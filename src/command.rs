@@ -41,6 +41,9 @@ pub struct Payload {
     pub acceleration: MetresPerSecondSquared,
 }
 
+/// The slowest that the set-point may be told to move, as a share of the slew of the settings.
+pub const LEAST_SLEW: f32 = 0.01;
+
 /// Standard gravity, m/s².
 const GRAVITY: f32 = 9.806_65;
 
@@ -95,10 +98,15 @@ pub enum Command {
     Alive,
     /// What the arm does from now on.
     Motion(Motion),
+    /// The set-point moves by this share of the slew of the settings from now on. Above 1, and what is no number, is 1;
+    /// below [`LEAST_SLEW`] is that.
+    Slew(f32),
     /// Close the fingers.
     Grip(Grip),
     /// Let go.
     Release,
+    /// Keep the pressure that is there, where it is on its way up. What is held stays held, a release goes on.
+    Halt,
     /// Go to the safe state at once.
     Stop,
     /// The operator has seen what is latched.

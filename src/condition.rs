@@ -9,6 +9,7 @@ use channel::Channel;
 use monitor::MonitorWire;
 use noise::Gains;
 
+use crate::fault::GaugeFault;
 use crate::frontend::{FrontEnd, rail_factor, rail_is_good};
 use crate::units::{AdcCode, FINGERS, Kilopascals, Microstrain, Millivolts, Volts};
 
@@ -125,6 +126,14 @@ impl Conditioner {
             stale_ticks: self.stale_ticks,
             overrun: frame.overrun,
         }
+    }
+
+    /// What has failed of each gauge.
+    pub fn failures(&self) -> [Option<GaugeFault>; FINGERS] {
+        self.channels.map(|channel| match channel.missing() {
+            Gauge::Failed(fault) => Some(fault),
+            Gauge::Valid(_) | Gauge::Missing => None,
+        })
     }
 
     fn gauges(

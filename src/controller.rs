@@ -1,16 +1,16 @@
 //! One control tick, from converter codes to converter codes.
 
 use crate::air::AirModel;
-use crate::command::{Answer, Command, Motion, Refusal};
+use crate::command::{Answer, Command, LEAST_SLEW, Motion, Refusal};
 use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::detect::limits::Signs;
 use crate::estimate::{Calibration, Contact, Estimator};
 use crate::event::{Event, Events};
-use crate::fault::Fault;
+use crate::fault::{Fault, GaugeFault};
 use crate::grasp::{Situation, State, Supervisor};
 use crate::interlock::interlock;
-use crate::math::root;
+use crate::math::{larger, root, smaller};
 use crate::regulate::Regulator;
 use crate::settings::Active;
 use crate::table::FingerTable;
@@ -69,6 +69,8 @@ struct Feedback {
     tare_begins: bool,
     /// What the arm does.
     motion: Motion,
+    /// Share of the slew of the settings.
+    slew_share: f32,
 }
 
 impl Controller {
@@ -94,6 +96,7 @@ impl Controller {
                 acknowledged: false,
                 tare_begins: false,
                 motion: Motion::default(),
+                slew_share: 1.0,
             },
             conditioner: Conditioner::new(),
             air: AirModel::new(),
@@ -152,14 +155,21 @@ impl Controller {
         self.detector.signs()
     }
 
+    /// What has failed of each gauge.
+    pub fn gauge_faults(&self) -> [Option<GaugeFault>; FINGERS] {
+        self.conditioner.failures()
+    }
+
     /// One tick; to be called every [`TICK_US`](crate::units::TICK_US). `now` must not run backwards.
     // Never inlined, so that its cost and what it calls can be read off the image.
     #[inline(never)]
     pub fn step(&mut self, now: Instant, frame: &RawFrame, command: Command) -> Outputs {
         let (table, active) = (self.table, &self.active);
         let feedback = &mut self.feedback;
-        if let Command::Motion(motion) = command {
-            feedback.motion = motion;
+        match command {
+            Command::Motion(motion) => feedback.motion = motion,
+            Command::Slew(share) => feedback.slew_share = larger(smaller(share, 1.0), LEAST_SLEW),
+            _ => {}
         }
         let idle = self.supervisor.state() == State::Idle;
         let watch = self.supervisor.watch(feedback.motion);
@@ -196,7 +206,10 @@ impl Controller {
         let state = self.supervisor.state();
         let target = (!state.is_vented()).then(|| state.target());
         let limits = (&active.regulator, &active.air);
-        let pressure = self.regulator.step(target, &air, &mut self.air, limits);
+        let slew = feedback.slew_share;
+        let pressure = self
+            .regulator
+            .step(target, &air, &mut self.air, limits, slew);
         let limit = active.regulator.max_pressure;
         let dac = interlock(pressure, &state, reading.monitor, limit, &active.front_end);
 

@@ -178,7 +178,7 @@ fn count(fingers: [bool; FINGERS]) -> usize {
 
 /// Below this the fingers are open: the monitor's own error is ±2 kPa and the finger moves by less
 /// than half a degree.
-pub(crate) const OPEN_KPA: f32 = 6.0;
+pub const OPEN_KPA: f32 = 6.0;
 /// Contact, once made, is kept down to this share of its threshold.
 const RELEASE_SHARE: f32 = 0.6;
 /// Contact must come or go for this long: longer than a spike, shorter than anything that matters.

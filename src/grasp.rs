@@ -191,10 +191,11 @@ impl Supervisor {
         // A command comes before the verdict: what the robot lets go in this tick is not lost.
         let answer = match command {
             Command::Continue => None,
-            Command::Alive | Command::Motion(_) => Some(Answer::Accepted),
+            Command::Alive | Command::Motion(_) | Command::Slew(_) => Some(Answer::Accepted),
             Command::Acknowledge => Some(self.acknowledge(now, latched, situation.reading, events)),
             Command::Grip(_)
             | Command::Release
+            | Command::Halt
             | Command::Stop
             | Command::Tare
             | Command::Sweep => Some(self.obey(now, command, situation, table, active, events)),

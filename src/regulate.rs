@@ -71,13 +71,14 @@ impl Regulator {
     }
 
     /// The command for this tick, which drives the model too; none to let all air out at once: the next rise
-    /// starts from there.
+    /// starts from there. `share` of the slew: how fast the set-point moves.
     pub fn step(
         &mut self,
         target: Option<Kilopascals>,
         air: &Air,
         model: &mut AirModel,
         (active, air_active): (&Active, &air::Active),
+        share: f32,
     ) -> Kilopascals {
         let Some(target) = target else {
             *self = Self::new();
@@ -86,7 +87,8 @@ impl Regulator {
         };
         let target = smaller(larger(target.0, 0.0), active.max_pressure.0);
         if let Some(expected) = air.expected {
-            self.slew(target, expected.0, air.deviation_kpa(), active);
+            let most = share * active.slew_kpa_per_tick;
+            self.slew(target, expected.0, air.deviation_kpa(), most);
         }
         let expected = model.drive(self.setpoint, target, air.measured, air_active);
 
@@ -116,7 +118,7 @@ impl Regulator {
     /// Moves the set-point towards the target. A ramp starts from the pressure that is there: a rise from no
     /// more than that, even if the model of the regulator is wrong, and a fall from no more than that, so that
     /// it stops a rise at once.
-    fn slew(&mut self, target: f32, expected: f32, deviation: Option<f32>, active: &Active) {
+    fn slew(&mut self, target: f32, expected: f32, deviation: Option<f32>, most: f32) {
         if self.setpoint < target {
             let low = deviation.map_or(0.0, |off| expected + smaller(off, 0.0));
             self.setpoint = larger(self.setpoint, smaller(low, target));
@@ -125,8 +127,7 @@ impl Regulator {
             self.setpoint = smaller(self.setpoint, larger(high, target));
         }
         if self.setpoint != target {
-            let slew = active.slew_kpa_per_tick;
-            self.setpoint += smaller(larger(target - self.setpoint, -slew), slew);
+            self.setpoint += smaller(larger(target - self.setpoint, -most), most);
         }
     }
 }
@@ -178,7 +179,7 @@ mod tests {
             let air_active = air::Settings::default().active();
             let target = target.map(Kilopascals);
             self.regulator
-                .step(target, &air, &mut self.model, (&active(), &air_active))
+                .step(target, &air, &mut self.model, (&active(), &air_active), 1.0)
                 .0
         }
 

@@ -109,6 +109,8 @@ pub fn link_angles(links: &LinkTable, pressure: Kilopascals) -> ([Degrees; LINKS
 }
 
 /// The pressure at which the free finger bends by `bend`.
+// Never inlined: a grip and a robot on the bus ask for it, both seldom.
+#[inline(never)]
 pub fn pressure_for_bend(table: &FingerTable, bend: Degrees) -> (Kilopascals, Range) {
     inverse(table, &table.rows, bend.0, |row| row.tip_angle_deg)
 }

@@ -46,6 +46,12 @@ impl core::fmt::Display for SettingsError {
         let name = field.name;
         match field.kind {
             Kind::Number { .. } => write!(f, "{name} = {value}: must lie within {min} and {max}"),
+            Kind::Whole { .. } => {
+                write!(
+                    f,
+                    "{name} = {value}: must be a whole number from {min} to {max}"
+                )
+            }
             Kind::Choice(words) => {
                 write!(
                     f,

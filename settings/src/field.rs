@@ -27,6 +27,13 @@ pub enum Kind {
         /// The highest.
         max: f32,
     },
+    /// A whole number of 0 to 255.
+    Whole {
+        /// The lowest.
+        min: u8,
+        /// The highest.
+        max: u8,
+    },
     /// One of these words. As a number it is the place in the list.
     Choice(&'static [&'static str]),
 }
@@ -36,6 +43,7 @@ impl Field {
     pub const fn limit(&self) -> Limit {
         let (min, max, whole) = match self.kind {
             Kind::Number { min, max } => (min, max, false),
+            Kind::Whole { min, max } => (min as f32, max as f32, true),
             Kind::Choice(words) => (0.0, (words.len() - 1) as f32, true),
         };
         Limit {
@@ -53,7 +61,7 @@ impl Field {
 pub struct Limit {
     /// The setting's number.
     pub number: u16,
-    /// It is a choice, so the value must be whole.
+    /// The value must be whole: a choice, or a number of 0 to 255.
     pub whole: bool,
     /// The lowest value.
     pub min: f32,

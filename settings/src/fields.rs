@@ -7,7 +7,7 @@ use crate::field::{Field, Kind};
 /// A setting is added by a row here, a field in the stage that uses it, and a line of `each` in
 /// `src/settings/leaves.rs`. A number that was ever released is not used again.
 #[rustfmt::skip]
-pub const FIELDS: [Field; 57] = [
+pub const FIELDS: [Field; 59] = [
     of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
     of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
     of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
@@ -72,8 +72,12 @@ pub const FIELDS: [Field; 57] = [
     choice(711, "io.lost", ON, 0, "Level at which the output LOST is on"),
 
     of(800, "telemetry.period_ms", "ms", 1.0, 50.0, 20.0, "Time between two snapshots"),
+
+    whole(900, "bus.id", 1, 247, 9, "Id of the gripper on the bus; from the next start on"),
+    choice(901, "bus.baud", BAUD, 4, "Bits per second on the bus; from the next start on"),
 ];
 
+const BAUD: &[&str] = &["9600", "19200", "38400", "57600", "115200", "230400"];
 const ON: &[&str] = &["high", "low"];
 const GAIN: &str = "Strain of each gauge over what the front end's full scale makes of it";
 const TARE: &str = "Strain that each gauge shows at rest, as the last tare measured it";
@@ -96,6 +100,24 @@ const fn of(
         unit,
         kind: Kind::Number { min, max },
         default,
+        sentence,
+    }
+}
+
+const fn whole(
+    number: u16,
+    name: &'static str,
+    min: u8,
+    max: u8,
+    default: u8,
+    sentence: &'static str,
+) -> Field {
+    Field {
+        number,
+        name,
+        unit: "",
+        kind: Kind::Whole { min, max },
+        default: default as f32,
         sentence,
     }
 }

@@ -207,8 +207,8 @@ impl Reader<'_> {
                 .iter()
                 .position(|known| known == word)
                 .map(|n| n as f32),
-            (Kind::Number { min, max }, value) => {
-                number_of(value).filter(|number| (min..=max).contains(number))
+            (Kind::Number { .. } | Kind::Whole { .. }, value) => {
+                number_of(value).filter(|number| field.limit().allows(*number))
             }
             _ => None,
         };
@@ -225,6 +225,9 @@ impl Reader<'_> {
             (Kind::Choice(words), _) => {
                 let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
                 format!("must be one of {}", quoted.join(", "))
+            }
+            (Kind::Whole { min, max }, _) => {
+                format!("must be a whole number from {min} to {max}")
             }
             (Kind::Number { min, max }, Some(_)) => format!("must lie within {min} and {max}"),
             (Kind::Number { min, max }, None) => {

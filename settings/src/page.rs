@@ -41,6 +41,7 @@ fn value_of(name: &str, values: &Values) -> String {
     match field.kind {
         // The shortest number that is the same in 32 bits.
         Kind::Number { .. } => format!("{value:?}"),
+        Kind::Whole { .. } => format!("{value}"),
         Kind::Choice(words) => {
             let word = words.get(value as usize).copied().unwrap_or_default();
             format!("{word:?}")
@@ -53,6 +54,7 @@ fn range(field: &Field) -> String {
     match field.kind {
         Kind::Number { min, max } if field.unit.is_empty() => format!("{min} to {max}"),
         Kind::Number { min, max } => format!("{min} to {max} {}", field.unit),
+        Kind::Whole { min, max } => format!("a whole number from {min} to {max}"),
         Kind::Choice(words) => words.join(", "),
     }
 }
@@ -60,7 +62,7 @@ fn range(field: &Field) -> String {
 /// The default of a setting, in words.
 fn default(field: &Field) -> String {
     match field.kind {
-        Kind::Number { .. } => format!("{}", field.default),
+        Kind::Number { .. } | Kind::Whole { .. } => format!("{}", field.default),
         Kind::Choice(words) => words
             .get(field.default as usize)
             .copied()
@@ -82,6 +84,7 @@ pub fn registers() -> String {
         };
         let range = match field.kind {
             Kind::Number { min, max } => format!("{min} … {max}"),
+            Kind::Whole { min, max } => format!("{min} … {max}, whole"),
             Kind::Choice(words) => words.join(", "),
         };
         text += &format!(

@@ -194,6 +194,13 @@ impl Values {
         })
     }
 
+    /// The first of the problems.
+    // Once in the image, for whoever only wants to know whether there is any.
+    #[inline(never)]
+    pub fn first_problem(&self, table_kpa: f32) -> Option<SettingsError> {
+        self.problems(table_kpa).next()
+    }
+
     /// Every value as it is, valid or not.
     pub const fn from_all(values: [f32; COUNT]) -> Self {
         Self(values)

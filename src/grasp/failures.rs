@@ -190,7 +190,7 @@ impl Supervisor {
 
 /// The pressure that a fault which holds keeps: the one that is there, where it is on its way to another.
 /// Never more than the commands account for.
-fn held_pressure(state: &State, air: &Air) -> Kilopascals {
+pub(super) fn held_pressure(state: &State, air: &Air) -> Kilopascals {
     let target = state.target();
     match state {
         State::Closing { .. } => {

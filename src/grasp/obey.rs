@@ -1,11 +1,12 @@
 //! Commands → answers. Commands are streams: drivers rewrite the last one up to 100 times a second, PLCs
 //! pulse inputs twice, people acknowledge again and again.
 
+use super::failures::held_pressure;
 use super::sweep::Sweep;
 use super::{Active, Purpose, Situation, State, Supervisor};
 use crate::command::{Answer, Command, Grip, Refusal, SweepFault};
 use crate::condition::{Gauge, Reading};
-use crate::estimate::{Calibration, Contact};
+use crate::estimate::{Calibration, Contact, OPEN_KPA};
 use crate::event::{Event, Events};
 use crate::fault::Fault;
 use crate::table::{self, FingerTable, Range};
@@ -49,6 +50,7 @@ impl Supervisor {
         let answer = match command {
             Command::Grip(grip) => self.grip(grip, asked.is_some(), table, active),
             Command::Release => self.release(now, situation.contact, events),
+            Command::Halt => self.halt(now, situation),
             Command::Stop => {
                 self.fault_was_seen = false;
                 self.enter_fault(Fault::Stopped, situation.air, active, events);
@@ -58,9 +60,11 @@ impl Supervisor {
             Command::Tare if self.state == State::Idle => Answer::Accepted,
             Command::Tare => Answer::Refused(Refusal::NotIdle),
             Command::Sweep => self.sweep(active),
-            Command::Continue | Command::Alive | Command::Motion(_) | Command::Acknowledge => {
-                Answer::Unchanged
-            }
+            Command::Continue
+            | Command::Alive
+            | Command::Motion(_)
+            | Command::Slew(_)
+            | Command::Acknowledge => Answer::Unchanged,
         };
         if let Answer::Refused(refusal) = answer {
             events.add(Event::Refused(refusal));
@@ -145,6 +149,34 @@ impl Supervisor {
                 Answer::Accepted
             }
         }
+    }
+
+    /// Keeps the pressure that is there, where it is on its way up; too little of it to close anything is let out.
+    fn halt(&mut self, now: Instant, situation: &Situation) -> Answer {
+        let State::Closing {
+            target,
+            reached: None,
+            purpose,
+        } = self.state
+        else {
+            return Answer::Unchanged;
+        };
+        let kept = held_pressure(&self.state, situation.air);
+        if kept.0 >= target.0 {
+            return Answer::Unchanged;
+        }
+        self.state = match kept.0 < OPEN_KPA && purpose == Purpose::Grip {
+            true => State::Releasing {
+                since: now,
+                holding: false,
+            },
+            false => State::Closing {
+                target: kept,
+                reached: None,
+                purpose,
+            },
+        };
+        Answer::Accepted
     }
 
     /// Begins a sweep.

@@ -22,6 +22,7 @@ pub struct Active {
     pub(crate) regulator: regulate::Active,
     pub(crate) io: io::Settings,
     pub(crate) telemetry_us: u32,
+    pub(crate) bus: io::BusSettings,
 }
 
 impl Active {
@@ -30,7 +31,7 @@ impl Active {
     /// # Errors
     /// The first that is out of its range; [`Values::problems`] gives them all.
     pub fn of(values: &Values, table: &FingerTable) -> Result<Self, SettingsError> {
-        if let Some(problem) = values.problems(table.max_pressure_kpa).next() {
+        if let Some(problem) = values.first_problem(table.max_pressure_kpa) {
             return Err(problem);
         }
         let settings = Settings::of(values);
@@ -46,6 +47,7 @@ impl Active {
             regulator,
             io: settings.io,
             telemetry_us: (1e3 * settings.telemetry.period_ms) as u32,
+            bus: settings.bus,
         })
     }
 
@@ -62,6 +64,11 @@ impl Active {
     /// Time between two snapshots, µs.
     pub fn telemetry_us(&self) -> u32 {
         self.telemetry_us
+    }
+
+    /// The line to the robot.
+    pub fn bus(&self) -> io::BusSettings {
+        self.bus
     }
 
     /// What [`Estimator::step`](estimate::Estimator::step) takes.

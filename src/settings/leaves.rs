@@ -5,7 +5,7 @@ use softgrip_settings::{COUNT, Values};
 use super::tree::Settings;
 use crate::estimate::GaugeSense;
 use crate::grasp::{OnFault, OnLoss};
-use crate::io::Level;
+use crate::io::{Baud, Level};
 
 /// Where a setting is kept.
 enum Leaf<'a> {
@@ -14,6 +14,8 @@ enum Leaf<'a> {
     OnFault(&'a mut OnFault),
     OnLoss(&'a mut OnLoss),
     Level(&'a mut Level),
+    Whole(&'a mut u8),
+    Baud(&'a mut Baud),
 }
 
 impl Leaf<'_> {
@@ -25,6 +27,8 @@ impl Leaf<'_> {
             Self::OnFault(on_fault) => f32::from(**on_fault as u8),
             Self::OnLoss(on_loss) => f32::from(**on_loss as u8),
             Self::Level(level) => f32::from(**level as u8),
+            Self::Whole(number) => f32::from(**number),
+            Self::Baud(baud) => f32::from(**baud as u8),
         }
     }
 
@@ -36,6 +40,8 @@ impl Leaf<'_> {
             Self::OnFault(place) => choose(place, value, &OnFault::ALL),
             Self::OnLoss(place) => choose(place, value, &OnLoss::ALL),
             Self::Level(place) => choose(place, value, &Level::ALL),
+            Self::Whole(place) => *place = value as u8,
+            Self::Baud(place) => choose(place, value, &Baud::ALL),
         }
     }
 }
@@ -110,6 +116,8 @@ impl Settings {
         visit(710, Leaf::Level(&mut self.io.holding));
         visit(711, Leaf::Level(&mut self.io.lost));
         visit(800, Number(&mut self.telemetry.period_ms));
+        visit(900, Leaf::Whole(&mut self.bus.id));
+        visit(901, Leaf::Baud(&mut self.bus.baud));
     }
 
     /// The settings with these values.
@@ -199,6 +207,7 @@ mod tests {
                     701 => std::format!("{:?}", chosen.io.release),
                     710 => std::format!("{:?}", chosen.io.holding),
                     711 => std::format!("{:?}", chosen.io.lost),
+                    901 => std::format!("{}", chosen.bus.baud.bits_per_s()),
                     407 => std::format!("{:?}", chosen.grip.on_loss),
                     other => panic!("{other}: no word is known for it"),
                 };

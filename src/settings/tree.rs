@@ -24,4 +24,6 @@ pub struct Settings {
     pub io: io::Settings,
     /// How the program reports.
     pub telemetry: io::TelemetrySettings,
+    /// The line to the robot.
+    pub bus: io::BusSettings,
 }

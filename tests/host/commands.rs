@@ -392,6 +392,70 @@ fn a_new_rise_never_starts_above_the_pressure_that_is_measured() {
 }
 
 #[test]
+fn a_halt_keeps_the_pressure_of_a_rise_and_changes_nothing_else() {
+    for ms in [80, 150, 250] {
+        let mut board = MockBoard::new(Settings::default());
+        board.step(GRIP);
+        board.run(ms);
+        let there = board.pressure_kpa;
+        assert_eq!(board.step(Command::Halt).answer, Some(Answer::Accepted));
+        board.run(1_500);
+        let now = board.pressure_kpa;
+        assert!((now - there).abs() < 3.0, "{ms} ms: {there} became {now}");
+        assert!(matches!(board.state(), State::Empty { .. }));
+        // The same grip is a new one after it.
+        assert_eq!(board.step(GRIP).answer, Some(Answer::Accepted));
+    }
+    // Too little to close anything is let out.
+    let mut board = MockBoard::new(Settings::default());
+    board.step(GRIP);
+    board.step(Command::Halt);
+    board.run(500);
+    assert_eq!(board.state(), State::Idle);
+    // On the way to another pressure the hold goes on.
+    let mut board = MockBoard::holding(Settings::default());
+    board.step(Command::Grip(Grip::Pressure(Kilopascals(158.0))));
+    board.run(20);
+    assert!(board.step(Command::Halt).indicators.holding);
+    board.run(1_000);
+    assert!(matches!(board.state(), State::Holding { .. }));
+    board.drop_object();
+    assert_eq!(board.count(is_lost), 1);
+    // Elsewhere there is nothing to halt.
+    for command in [Command::Release, Command::Stop, Command::Continue] {
+        let mut board = MockBoard::holding(Settings::default());
+        board.step(command);
+        let state = board.state();
+        let halted = board.step(Command::Halt);
+        assert_eq!(halted.answer, Some(Answer::Unchanged));
+        assert_eq!(halted.snapshot.state, state);
+    }
+}
+
+#[test]
+fn a_set_point_moves_by_the_share_of_the_slew_that_was_asked_for() {
+    for (asked, share) in [
+        (0.1, 0.1),
+        (0.5, 0.5),
+        (1.0, 1.0),
+        (2.0, 1.0),
+        (f32::NAN, 1.0),
+        (0.0, 0.01),
+        (-1.0, 0.01),
+        (f32::NEG_INFINITY, 0.01),
+    ] {
+        let mut board = MockBoard::new(Settings::default());
+        board.step(Command::Slew(asked));
+        board.step(GRIP);
+        board.run(50);
+        let before = board.step(Command::Continue).snapshot.setpoint.0;
+        let moved = board.step(Command::Continue).snapshot.setpoint.0 - before;
+        // 400 kPa/s.
+        assert!((moved - 0.4 * share).abs() < 1e-4, "{asked}: {moved}");
+    }
+}
+
+#[test]
 fn every_command_has_one_answer_and_no_command_has_none() {
     let mut board = MockBoard::new(Settings::default());
     board.grip = [1.0; 3];
@@ -404,6 +468,8 @@ fn every_command_has_one_answer_and_no_command_has_none() {
         (Command::Acknowledge, unchanged),
         (Command::Tare, accepted),
         (Command::Tare, unchanged),
+        (Command::Slew(0.5), accepted),
+        (Command::Halt, unchanged),
         (Command::Release, unchanged),
         (GRIP, accepted),
         (GRIP, unchanged),

@@ -26,6 +26,8 @@ fn any_command() -> impl Strategy<Value = Command> {
         1 => Just(Command::Motion(Motion::Still)),
         1 => Just(Command::Motion(Motion::Moving)),
         1 => Just(Command::Tare),
+        1 => Just(Command::Halt),
+        1 => any::<u32>().prop_map(|bits| Command::Slew(f32::from_bits(bits))),
     ]
 }
 

@@ -46,6 +46,8 @@ enum Action {
     Calibrate(commands::calibrate::CalibrateArgs),
     /// Prints and checks the controller's settings.
     Settings(commands::settings::SettingsArgs),
+    /// Prints the table of all registers on the bus (Markdown), by address.
+    Registers,
     /// Fits a geometry recipe to the measured bending of a free finger.
     Fit(commands::fit::FitArgs),
 }
@@ -66,6 +68,7 @@ fn main() -> ExitCode {
         Action::Section(args) => commands::section::run(&args),
         Action::Calibrate(args) => commands::calibrate::run(&args),
         Action::Settings(args) => commands::settings::run(&args),
+        Action::Registers => commands::registers::run(),
         Action::Fit(args) => commands::fit::run(&args),
     };
     result.unwrap_or_else(|error| {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 11] = [
+const INTERNAL: [(&str, &[&str]); 12] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &[]),
     ("finger", &["softgrip-table"]),
@@ -15,6 +15,7 @@ const INTERNAL: [(&str, &[&str]); 11] = [
         "softgrip",
         &["finger", "softgrip-settings", "softgrip-table"],
     ),
+    ("softgrip-bus", &["softgrip"]),
     ("softgrip-fw", &["softgrip"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
@@ -26,7 +27,7 @@ const INTERNAL: [(&str, &[&str]); 11] = [
     (
         "softgrip-cli",
         &[
-            "evaluate", "finger", "report", "settings", "sim", "softgrip", "studies",
+            "bus", "evaluate", "finger", "report", "settings", "sim", "softgrip", "studies",
         ],
     ),
     ("softgrip-hil", &["finger", "report", "sim", "softgrip"]),

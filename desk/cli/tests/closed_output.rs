@@ -48,6 +48,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
         &["calibrate", "--hands", "1", "--grips", "1"],
         &["settings", "print"],
         &["settings", "registers"],
+        &["registers"],
         &["settings", "check", &settings],
         &["study", "--out", &out],
         &["capability", "--accel", "5", "--out", &out],

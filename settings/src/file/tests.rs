@@ -29,6 +29,7 @@ fn problem(line: &str) -> String {
 fn a_file_of_all_settings_is_read_back_bit_by_bit() {
     let odd = |field: &Field| match field.kind {
         Kind::Number { min, max } => min + (max.min(100.0) - min) * (1.0 / 3.0),
+        Kind::Whole { max, .. } => max.into(),
         Kind::Choice(words) => (words.len() - 1) as f32,
     };
     let odd = Values::from_all(FIELDS.map(|field| odd(&field)));
@@ -119,6 +120,18 @@ const WRONG: &[(&str, &str)] = &[
     (
         "grip.on_loss = 1",
         "x.toml:2: grip.on_loss = 1: must be one of \"hold\", \"vent\", \"regrip\"",
+    ),
+    (
+        "bus.id = 9.5",
+        "x.toml:2: bus.id = 9.5: must be a whole number from 1 to 247",
+    ),
+    (
+        "bus.id = 0",
+        "x.toml:2: bus.id = 0: must be a whole number from 1 to 247",
+    ),
+    (
+        "bus.baud = 115200",
+        "x.toml:2: bus.baud = 115200: must be one of \"9600\", \"19200\", \"38400\", \"57600\", \"115200\", \"230400\"",
     ),
     (
         "regulator = 400.0",

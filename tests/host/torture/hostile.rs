@@ -32,6 +32,7 @@ pub fn any_settings(rng: &mut Rng) -> Settings {
         let value = values.get(field.number).expect("every field has a value");
         let value = match (field.kind, rng.u8(..8)) {
             (Kind::Choice(words), _) => rng.usize(..words.len()) as f32,
+            (Kind::Whole { min, max }, _) => rng.u8(min..=max).into(),
             (_, 0) => min,
             (_, 1) => max,
             (_, 2 | 3) => min + (max - min) * rng.f32(),
@@ -57,8 +58,8 @@ pub fn wrong_settings(rng: &mut Rng) -> (Settings, u16) {
     let (min, max) = range(&FIELDS[wrong], &values);
     let mut all = *values.all();
     all[wrong] = match (FIELDS[wrong].kind, rng.u8(..6)) {
-        // A typed choice is never wrong.
-        (Kind::Choice(_), _) => return wrong_settings(rng),
+        // Those are never wrong once they are typed.
+        (Kind::Choice(_) | Kind::Whole { .. }, _) => return wrong_settings(rng),
         (_, 0) => min.next_down(),
         (_, 1) => max.next_up(),
         (_, 2) => f32::NAN,
@@ -383,7 +384,7 @@ fn any_command(rng: &mut Rng) -> Command {
         ),
         _ => most * rng.f32(),
     };
-    match rng.u8(..13) {
+    match rng.u8(..15) {
         0 | 1 => Command::Grip(Grip::Default),
         2 => Command::Grip(Grip::Pressure(Kilopascals(number(rng, 160.0)))),
         3 => Command::Grip(Grip::Bend(Degrees(number(rng, 91.0)))),
@@ -398,6 +399,8 @@ fn any_command(rng: &mut Rng) -> Command {
         9 => Command::Alive,
         10 => Command::Motion(pick(rng, &[Motion::Still, Motion::Moving])),
         11 => Command::Tare,
+        12 => Command::Halt,
+        13 => Command::Slew(number(rng, 1.2)),
         _ => Command::Sweep,
     }
 }

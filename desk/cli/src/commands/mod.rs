@@ -6,6 +6,7 @@ pub mod evaluate;
 pub mod fit;
 pub mod gauge;
 pub mod output;
+pub mod registers;
 pub mod replay;
 pub mod section;
 pub mod settings;
