@@ -120,30 +120,35 @@ impl Inlet {
     fn take(&mut self, port: &mut Port, twin: &mut Twin, say: &mut impl FnMut(String)) {
         while !twin.is_waiting() {
             let byte = self.bytes.pop_front();
-            let now = match byte {
-                Some((came, byte)) => {
-                    self.receiver.receive(came, byte);
-                    self.asked = came;
-                    self.now()
+            if let Some((came, byte)) = byte {
+                self.receiver.receive(came, byte);
+                self.asked = came;
+            }
+            let is_late = self.is_late();
+            // By the clock of the bytes: it stands still while they are taken, however late that is.
+            let now = byte.map_or(self.looked, |(came, _)| came);
+            match self.receiver.frame(now) {
+                Some(frame) if !is_late => {
+                    self.is_heard = true;
+                    if let Some(reply) = twin.request(&frame, say) {
+                        self.answer(port, &reply);
+                    }
                 }
-                None => self.looked,
-            };
-            if let Some(frame) = self.receiver.frame(now) {
-                self.is_heard = true;
-                if let Some(reply) = twin.request(&frame, say) {
-                    self.answer(port, &reply);
-                }
-            } else if byte.is_none() {
-                break;
+                None if byte.is_none() => break,
+                _ => {}
             }
         }
+    }
+
+    /// Whether who asked may have given up.
+    fn is_late(&self) -> bool {
+        self.now().micros_since(self.asked) > STALE_US
     }
 
     /// Sends an answer, but none that comes too late: who asked has given up, and would take it for that to its next
     /// question.
     fn answer(&mut self, port: &mut Port, reply: &Reply) {
-        let is_late = self.now().micros_since(self.asked) > STALE_US;
-        if self.is_heard && !is_late && !reply.bytes().is_empty() {
+        if self.is_heard && !self.is_late() && !reply.bytes().is_empty() {
             port.write(reply.bytes());
             self.answers += 1;
         }
