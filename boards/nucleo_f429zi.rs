@@ -3,29 +3,28 @@
 
 use cortex_m::peripheral::DWT;
 use embassy_executor::SendSpawner;
-use embassy_stm32::adc::{Adc, AdcChannel, CONTINUOUS, Exten, RingBufferedAdc, SampleTime};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
-use embassy_stm32::peripherals::{ADC1, DMA2_CH0, PA3, PB1, PC0, PC2, PC3};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
 };
 use embassy_stm32::time::Hertz;
-use embassy_stm32::{Config, Peri, Peripherals, bind_interrupts, dma, interrupt, pac};
-use softgrip::RawFrame;
+use embassy_stm32::{Config, Peripherals, interrupt, pac};
 use softgrip::frontend;
 use softgrip::inputs::Levels;
 use softgrip::io;
-use softgrip::scan::{self, CHANNELS};
 use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
+#[path = "stm32f4_converter.rs"]
+mod converter;
 #[path = "stm32f4_flash.rs"]
 mod flash;
 #[path = "stm32f4_serial.rs"]
 mod serial;
 
+pub use converter::Converter;
 pub use flash::SettingsFlash;
 pub use serial::{Serial, SerialParts};
 
@@ -46,16 +45,6 @@ const HSE_WITHIN_US: u32 = 20_000;
 /// The core's clock at start-up, and what it may be later: what a wait is counted by.
 const HSI_MHZ: u32 = 16;
 const HIGHEST_MHZ: u32 = 180;
-
-/// Samples in the transfer's ring: 32 scans are 3.6 ms, so a tick may be late by two.
-const RING: usize = 32 * CHANNELS;
-/// Samples looked at in one tick: a scan takes 114 µs, so there are seven or eight whole ones. What is cut at
-/// either end is left out.
-const BATCH: usize = 16 * CHANNELS;
-
-bind_interrupts!(struct Interrupts {
-    DMA2_STREAM0 => dma::InterruptHandler<DMA2_CH0>;
-});
 
 /// The hardware, as the control task uses it.
 pub struct Board {
@@ -171,17 +160,10 @@ fn board(p: Peripherals) -> (Board, SettingsFlash, SerialParts) {
     let (off, slow) = (Level::Low, Speed::Low);
     let flash = SettingsFlash::new(p.FLASH);
     let board = Board {
-        converter: Converter {
-            adc: p.ADC1,
-            dma: p.DMA2_CH0,
-            gauge_1: p.PA3,
-            gauge_2: p.PC0,
-            gauge_3: p.PC3,
-            monitor: p.PC2,
-            supply: p.PB1,
-            calibrated: frontend::reference_code(factory_reference()),
-            ring: [0; RING],
-        },
+        converter: Converter::new(
+            (p.ADC1, p.PA3, p.PC0, p.PC3, p.PC2, p.PB1, p.DMA2_CH0),
+            frontend::reference_code(factory_reference()),
+        ),
         regulator: Regulator(()),
         inputs: InputPins {
             grip: Input::new(p.PF15, pull),
@@ -203,8 +185,8 @@ fn board(p: Peripherals) -> (Board, SettingsFlash, SerialParts) {
     (board, flash, serial)
 }
 
-/// The executor of the control task, above the thread's and below the drivers' interrupts. UART5 is
-/// not used, and its interrupt is.
+/// The executor of the control task, above the thread's and the drivers' interrupts and below the clock's. UART5 is not
+/// used, and its interrupt is.
 pub fn high_priority() -> SendSpawner {
     interrupt::UART5.set_priority(Priority::P6);
     HIGH_PRIORITY.start(interrupt::UART5)
@@ -353,79 +335,6 @@ pub fn reset_reason() -> ResetReason {
         ResetReason::Pin
     } else {
         ResetReason::Other
-    }
-}
-
-/// ADC1 with its transfer, free-running over all channels.
-pub struct Converter {
-    adc: Peri<'static, ADC1>,
-    dma: Peri<'static, DMA2_CH0>,
-    /// [A0]
-    gauge_1: Peri<'static, PA3>,
-    /// [A1]
-    gauge_2: Peri<'static, PC0>,
-    /// [A2]
-    gauge_3: Peri<'static, PC3>,
-    /// [A7]
-    monitor: Peri<'static, PC2>,
-    /// [A6]
-    supply: Peri<'static, PB1>,
-    /// What the internal reference reads at 3.3 V.
-    calibrated: u16,
-    ring: [u16; RING],
-}
-
-impl Converter {
-    /// Starts at the first channel. Dropping the scan stops converter and transfer.
-    pub fn start(&mut self) -> Scan<'_> {
-        let adc = Adc::new(self.adc.reborrow());
-        let reference = adc.enable_vrefint();
-        // At 22.5 MHz, with 12 cycles of conversion, 21.9 and 4.3 µs per channel. The internal reference asks
-        // for 10 µs of sampling; the supply moves slowly, and a capacitor holds it.
-        let (long, short) = (SampleTime::CYCLES480, SampleTime::CYCLES84);
-        let sequence = [
-            (self.gauge_1.reborrow().degrade_adc(), long),
-            (self.gauge_2.reborrow().degrade_adc(), long),
-            (self.gauge_3.reborrow().degrade_adc(), long),
-            (self.monitor.reborrow().degrade_adc(), long),
-            (self.supply.reborrow().degrade_adc(), short),
-            (reference.degrade_adc(), long),
-        ];
-        let mut ring = adc.into_ring_buffered(
-            self.dma.reborrow(),
-            &mut self.ring,
-            Interrupts,
-            sequence.into_iter(),
-            CONTINUOUS,
-            Exten::DISABLED,
-        );
-        ring.start();
-        Scan {
-            ring,
-            calibrated: self.calibrated,
-        }
-    }
-}
-
-/// A running scan.
-pub struct Scan<'a> {
-    ring: RingBufferedAdc<'a, ADC1>,
-    calibrated: u16,
-}
-
-impl Scan<'_> {
-    /// The mean of what has been converted since the last call.
-    // Never inlined: the driver's own panics are counted here.
-    #[inline(never)]
-    pub fn frame(&mut self) -> RawFrame {
-        let mut samples = [0; BATCH];
-        let count = self.ring.read_latest(&mut samples);
-        let overrun = pac::ADC1.sr().read().ovr();
-        scan::average(
-            samples.get(..count).unwrap_or_default(),
-            self.calibrated,
-            overrun,
-        )
     }
 }
 

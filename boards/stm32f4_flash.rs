@@ -5,7 +5,7 @@
 
 use core::sync::atomic::{Ordering, fence};
 
-use embassy_stm32::interrupt::InterruptExt;
+use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::flash::regs::Sr;
 use embassy_stm32::pac::flash::vals::Psize;
 use embassy_stm32::peripherals::FLASH;
@@ -44,6 +44,8 @@ pub struct SettingsFlash(Peri<'static, FLASH>);
 
 impl SettingsFlash {
     pub fn new(flash: Peri<'static, FLASH>) -> Self {
+        // Below the control task, which it would come into at every word.
+        interrupt::FLASH.set_priority(Priority::P7);
         // SAFETY: its handler has nothing to share but a signal.
         unsafe { interrupt::FLASH.enable() };
         Self(flash)

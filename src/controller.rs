@@ -1,7 +1,7 @@
 //! One control tick, from converter codes to converter codes.
 
 use crate::air::AirModel;
-use crate::command::{Answer, Command, LEAST_SLEW, Motion, Refusal};
+use crate::command::{Answer, Command, Motion, Refusal};
 use crate::condition::{Conditioner, Expected, Gauge, RawFrame, Reading};
 use crate::detect::Detector;
 use crate::detect::limits::Signs;
@@ -10,7 +10,7 @@ use crate::event::{Event, Events};
 use crate::fault::{Fault, GaugeFault};
 use crate::grasp::{Situation, State, Supervisor};
 use crate::interlock::interlock;
-use crate::math::{larger, root, smaller};
+use crate::math::root;
 use crate::regulate::Regulator;
 use crate::settings::Active;
 use crate::table::FingerTable;
@@ -69,8 +69,6 @@ struct Feedback {
     tare_begins: bool,
     /// What the arm does.
     motion: Motion,
-    /// Share of the slew of the settings.
-    slew_share: f32,
 }
 
 impl Controller {
@@ -96,7 +94,6 @@ impl Controller {
                 acknowledged: false,
                 tare_begins: false,
                 motion: Motion::default(),
-                slew_share: 1.0,
             },
             conditioner: Conditioner::new(),
             air: AirModel::new(),
@@ -168,7 +165,7 @@ impl Controller {
         let feedback = &mut self.feedback;
         match command {
             Command::Motion(motion) => feedback.motion = motion,
-            Command::Slew(share) => feedback.slew_share = larger(smaller(share, 1.0), LEAST_SLEW),
+            Command::Slew(share) => self.regulator.set_speed(share),
             _ => {}
         }
         let idle = self.supervisor.state() == State::Idle;
@@ -206,10 +203,7 @@ impl Controller {
         let state = self.supervisor.state();
         let target = (!state.is_vented()).then(|| state.target());
         let limits = (&active.regulator, &active.air);
-        let slew = feedback.slew_share;
-        let pressure = self
-            .regulator
-            .step(target, &air, &mut self.air, limits, slew);
+        let pressure = self.regulator.step(target, &air, &mut self.air, limits);
         let limit = active.regulator.max_pressure;
         let dac = interlock(pressure, &state, reading.monitor, limit, &active.front_end);
 

@@ -107,7 +107,7 @@ impl Amplifier {
             full_scale: Microstrain(settings.gauge_full_scale_ue),
             // The last whole codes inside.
             linear: [
-                AdcCode((zero - codes) as u16 + 1),
+                AdcCode(((zero - codes) as u16).saturating_add(1)),
                 AdcCode((zero + codes) as u16),
             ],
             short_below: AdcCode((settings.gauge_short_below_v / V_PER_ADC_CODE) as u16),

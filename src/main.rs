@@ -10,14 +10,14 @@ compile_error!("choose a board: --features board-nucleo-f429zi");
 #[cfg(feature = "board-nucleo-f429zi")]
 #[path = "../boards/nucleo_f429zi.rs"]
 mod board;
-#[path = "firmware/bus.rs"]
-mod bus;
 #[path = "firmware/control.rs"]
 mod control;
 #[path = "firmware/failsafe.rs"]
 mod failsafe;
 #[path = "firmware/identity.rs"]
 mod identity;
+#[path = "firmware/line.rs"]
+mod line;
 #[path = "firmware/links.rs"]
 mod links;
 #[path = "firmware/record.rs"]
@@ -89,8 +89,10 @@ async fn main(spawner: Spawner) {
 
     let keeper = storage::keeper(flash).expect("made once");
     let black_box = keeper.black_box(failure.is_some());
-    match Active::of(&keeper.values, &FINGER) {
+    let values = links::values();
+    match Active::of(&values, &FINGER) {
         Ok(active) => {
+            let bus = active.bus();
             links::TELEMETRY_PERIOD_US.store(active.telemetry_us(), Relaxed);
             let fault = match keeper.invalid {
                 true => Some(Fault::SettingsInvalid),
@@ -104,8 +106,7 @@ async fn main(spawner: Spawner) {
             let (sent, received) = links::events().expect("made once");
             spawner.spawn(telemetry::run(received, identity).expect("spawned once"));
             spawner.spawn(storage::run(keeper).expect("spawned once"));
-            let serial = board::Serial::new(serial, 115_200);
-            spawner.spawn(bus::run(serial).expect("spawned once"));
+            spawner.spawn(line::run(serial, bus).expect("spawned once"));
             let control = control::run(board, controller, clock, sent, black_box);
             board::high_priority().spawn(control.expect("spawned once"));
         }

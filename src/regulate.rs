@@ -1,6 +1,7 @@
 //! Target pressure → commanded pressure: slew limit, feed-forward, and a PI on the monitor.
 
 use crate::air::{self, Air, AirModel};
+use crate::command::LEAST_SLEW;
 use crate::math::{larger, smaller};
 use crate::units::{Kilopascals, TICK_US};
 
@@ -54,6 +55,8 @@ pub struct Active {
 pub struct Regulator {
     setpoint: f32,
     trim: f32,
+    /// Share of the slew of the settings.
+    speed: f32,
 }
 
 impl Regulator {
@@ -62,7 +65,13 @@ impl Regulator {
         Self {
             setpoint: 0.0,
             trim: 0.0,
+            speed: 1.0,
         }
+    }
+
+    /// How fast the set-point moves, as a share of the slew of the settings; at least [`LEAST_SLEW`] of it.
+    pub fn set_speed(&mut self, share: f32) {
+        self.speed = larger(smaller(share, 1.0), LEAST_SLEW);
     }
 
     /// The slew-limited set-point.
@@ -71,14 +80,13 @@ impl Regulator {
     }
 
     /// The command for this tick, which drives the model too; none to let all air out at once: the next rise
-    /// starts from there. `share` of the slew: how fast the set-point moves.
+    /// starts from there.
     pub fn step(
         &mut self,
         target: Option<Kilopascals>,
         air: &Air,
         model: &mut AirModel,
         (active, air_active): (&Active, &air::Active),
-        share: f32,
     ) -> Kilopascals {
         let Some(target) = target else {
             *self = Self::new();
@@ -87,7 +95,7 @@ impl Regulator {
         };
         let target = smaller(larger(target.0, 0.0), active.max_pressure.0);
         if let Some(expected) = air.expected {
-            let most = share * active.slew_kpa_per_tick;
+            let most = self.speed * active.slew_kpa_per_tick;
             self.slew(target, expected.0, air.deviation_kpa(), most);
         }
         let expected = model.drive(self.setpoint, target, air.measured, air_active);
@@ -179,7 +187,7 @@ mod tests {
             let air_active = air::Settings::default().active();
             let target = target.map(Kilopascals);
             self.regulator
-                .step(target, &air, &mut self.model, (&active(), &air_active), 1.0)
+                .step(target, &air, &mut self.model, (&active(), &air_active))
                 .0
         }
 

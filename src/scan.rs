@@ -1,5 +1,7 @@
 //! Converter samples of one tick → one frame.
 
+use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
+
 use crate::condition::RawFrame;
 use crate::frontend;
 use crate::units::{AdcCode, FINGERS};
@@ -8,17 +10,26 @@ use crate::units::{AdcCode, FINGERS};
 /// internal reference.
 pub const CHANNELS: usize = FINGERS + 3;
 
-/// Averages 12-bit samples of whole scans, oldest first. Up to some thousand scans fit. `calibrated`: what
-/// the internal reference reads at 3.3 V, see [`reference_code`](crate::frontend::reference_code).
-pub fn average(samples: &[u16], calibrated: u16, overrun: bool) -> RawFrame {
-    let (scans, _) = samples.as_chunks::<CHANNELS>();
+/// Averages 12-bit samples of `count` scans in a ring of whole ones, from this one on. Up to some thousand scans fit.
+/// `calibrated`: what the internal reference reads at 3.3 V, see [`reference_code`](crate::frontend::reference_code).
+pub fn average(
+    ring: &[AtomicU16],
+    from: usize,
+    count: usize,
+    calibrated: u16,
+    overrun: bool,
+) -> RawFrame {
+    let (ring, _) = ring.as_chunks::<CHANNELS>();
+    let (newest, oldest) = ring.split_at_checked(from).unwrap_or_default();
+    let scans = oldest.iter().chain(newest).take(count);
     let mut sums = [0u32; CHANNELS];
+    let mut count = 0u32;
     for scan in scans {
-        for (sum, &sample) in sums.iter_mut().zip(scan) {
-            *sum = sum.saturating_add(u32::from(sample));
+        for (sum, sample) in sums.iter_mut().zip(scan) {
+            *sum = sum.wrapping_add(sample.load(Relaxed).into());
         }
+        count = count.wrapping_add(1);
     }
-    let count = scans.len() as u32;
     let [gauge_1, gauge_2, gauge_3, monitor, supply, reference] = sums.map(|sum| mean(sum, count));
     RawFrame {
         gauges: [gauge_1, gauge_2, gauge_3],
@@ -45,13 +56,21 @@ fn mean(sum: u32, count: u32) -> AdcCode {
 mod tests {
     use super::*;
     use crate::units::Millivolts;
+    use std::vec::Vec;
+
+    /// The mean of so many scans from this one on.
+    fn average(samples: &[u16], from: usize, count: usize, calibrated: u16) -> RawFrame {
+        let ring: Vec<AtomicU16> = samples.iter().copied().map(AtomicU16::new).collect();
+        super::average(&ring, from, count, calibrated, false)
+    }
 
     #[test]
     fn the_mean_keeps_its_fraction() {
         let frame = average(
             &[1, 2, 3, 4, 4095, 1500, 2, 2, 4, 4, 4095, 1500],
+            0,
+            2,
             1515,
-            false,
         );
         assert_eq!(
             frame,
@@ -70,13 +89,19 @@ mod tests {
 
     #[test]
     fn no_samples_are_no_scans() {
-        assert_eq!(average(&[], 1500, false).scans, 0);
+        assert_eq!(average(&[], 0, 3, 1500).scans, 0);
+        assert_eq!(average(&[1; CHANNELS], 0, 0, 1500).scans, 0);
+        // A place that the ring has not.
+        assert_eq!(average(&[1; CHANNELS], 2, 1, 1500).scans, 0);
     }
 
     #[test]
-    fn an_unfinished_scan_is_left_out() {
-        let frame = average(&[7, 7, 7, 7, 7, 1500, 4095, 4095], 1500, true);
-        assert_eq!(frame.gauges, [AdcCode(112); FINGERS]);
-        assert_eq!((frame.scans, frame.overrun), (1, true));
+    fn the_ring_is_read_over_its_end() {
+        let samples: Vec<u16> = (0..4).flat_map(|scan| [scan; CHANNELS]).collect();
+        let means = |from, count| average(&samples, from, count, 1500).gauges[0].0;
+        assert_eq!(means(3, 2), 16 * 3 / 2);
+        assert_eq!(means(1, 2), 16 * 3 / 2);
+        // What is cut at the end is no scan, and none is counted twice.
+        assert_eq!(average(&samples[..23], 0, 9, 1500).scans, 3);
     }
 }

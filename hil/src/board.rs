@@ -4,6 +4,7 @@
 use std::num::{NonZeroU32, NonZeroU64};
 use std::sync::{Mutex, MutexGuard};
 
+use rigless::chip::uart::Rate;
 use rigless::device::{Device, DeviceContext, ErasedDevice, Level, RegisterFile, ResetCause};
 use rigless::machine::{Board, Target, armv7m};
 use rigless::mcu::{Mcu, Operate, Wired};
@@ -22,6 +23,7 @@ use softgrip::telemetry::Indicators;
 use softgrip::units::DacCode;
 
 use crate::flash::{self, Array, Cells, Programmer, Shared};
+use crate::line::Master;
 use crate::remap::remapped;
 
 /// The core's clock, and its instructions: one per cycle, no wait states.
@@ -39,6 +41,9 @@ const ADC_MAX: f64 = 4095.0;
 
 /// The fourth of the timers on this bus.
 const TIMER_5: usize = 3;
+
+/// USART6 among the serial ports.
+const SERIAL: usize = 3;
 
 const PORT_D: usize = 3;
 const PORT_E: usize = 4;
@@ -261,6 +266,7 @@ impl Nucleo {
         let rcc_slot = part.bus().slot("RCC")?;
         let adc_slot = part.bus().slot("ADC1")?;
         let flash_slot = part.bus().slot("FLASH")?;
+        part.usart[SERIAL].attach(Master::default());
         let array = Shared::new(Mutex::new(array));
         let chip = Chip {
             part,
@@ -318,6 +324,21 @@ impl Nucleo {
                     port.drive(pin, level, registers, context);
                 });
         }
+    }
+
+    /// Who is at the other end of the line.
+    pub fn master(&mut self) -> &mut Master {
+        let port = &mut self.wired.part.part.usart[SERIAL];
+        port.chip_mut().expect("it was attached")
+    }
+
+    /// So many words in a million arrive with a framing error.
+    pub fn garble(&mut self, per_million: u32) {
+        let errors = self.wired.part.part.usart[SERIAL].errors_mut();
+        errors.framing = Rate {
+            name: "framing",
+            per_million,
+        };
     }
 
     /// What the board tells the robot.

@@ -13,6 +13,7 @@ mod flash;
 mod image;
 
 mod board;
+mod line;
 mod moment;
 mod remap;
 mod rtt;

@@ -3,6 +3,7 @@
 mod blackbox;
 mod boot;
 mod budget;
+mod bus;
 mod failsafe;
 mod grasp;
 mod incident;
@@ -20,17 +21,12 @@ use test::{Number, Outcome, Test};
 
 pub use test::Context;
 
-/// What belongs to the list and cannot be tested yet, and what will do it.
-const NOT_APPLICABLE: [(&str, &str); 1] = [(
-    "UART noise and break",
-    "the firmware has no UART yet; once it has: a peer on the emulated port that garbles and breaks",
-)];
-
 /// Slow ones first, so that the processors are done at the same time.
 fn tests() -> Vec<Test> {
     let mut tests = timing::TESTS.to_vec();
     tests.extend(storage::TESTS);
     tests.extend(blackbox::TESTS);
+    tests.extend(bus::TESTS);
     tests.extend(grasp::TESTS);
     tests.extend(failsafe::TESTS);
     tests.extend(boot::TESTS);
@@ -85,11 +81,6 @@ pub fn run(context: &Context<'_>, only: Option<&str>, as_json: bool) -> anyhow::
     if as_json {
         println!("{}", json_of(context, &finished, passed, seconds));
     } else {
-        if only.is_none() {
-            for (name, why) in NOT_APPLICABLE {
-                println!("-     {name}\n      not applicable: {why}");
-            }
-        }
         println!(
             "{} of {} passed in {seconds:.0} s",
             finished.len() - failed,
@@ -173,15 +164,10 @@ fn json_of(context: &Context<'_>, finished: &[Finished], passed: bool, seconds: 
             })
         })
         .collect();
-    let missing: Vec<Value> = NOT_APPLICABLE
-        .iter()
-        .map(|(name, why)| json!({"name": name, "not_applicable": why}))
-        .collect();
     json!({
         "image": context.image.path.display().to_string(),
         "passed": passed,
         "seconds": seconds,
         "tests": tests,
-        "not_applicable": missing,
     })
 }

@@ -183,13 +183,14 @@ impl Values {
     pub fn problems(self, table_kpa: f32) -> impl Iterator<Item = SettingsError> {
         let ceiling_kpa = self.ceiling_kpa(table_kpa);
         let max_kpa = self.0[MAX_PRESSURE];
-        (0..COUNT).filter_map(move |place| {
+        // No index and no count that could go wrong: a request on the bus comes by here.
+        let values = (0..COUNT).zip(LIMITS.iter().zip(self.0));
+        values.filter_map(move |(place, (limit, value))| {
             let limit = match place {
-                MAX_PRESSURE | REGRIP_RAISE => LIMITS[place].up_to(ceiling_kpa),
-                GRIP_PRESSURE => LIMITS[place].up_to(max_kpa),
-                _ => LIMITS[place],
+                MAX_PRESSURE | REGRIP_RAISE => limit.up_to(ceiling_kpa),
+                GRIP_PRESSURE => limit.up_to(max_kpa),
+                _ => *limit,
             };
-            let value = self.0[place];
             (!limit.allows(value)).then(|| SettingsError::of(&limit, value))
         })
     }

@@ -4,6 +4,7 @@
 
 use core::sync::atomic::Ordering::Relaxed;
 
+use bus::robot::Link;
 use embassy_time::{Duration, Instant, Ticker};
 use heapless::spsc::Producer;
 use softgrip::blackbox::Recorder;
@@ -14,8 +15,8 @@ use softgrip::{Command, Controller, RawFrame, TICK_US};
 use crate::board::{self, Board, Clock, IndicatorPins, InputPins, Regulator};
 use crate::links::{
     BLACK_BOX_CHANGED, CLEAR_BLACK_BOX, EVENT_SENT, EVENTS_HELD, EVENTS_LOST, LEARNED,
-    LONGEST_TICK_US, Numbered, SETTINGS, SETTINGS_SENT, SWEEP, SWEPT, TARE, TARED, TELEMETRY_RAN,
-    TICK, Tick,
+    LONGEST_TICK_US, Numbered, SETTINGS, SETTINGS_SENT, STATUS, SWEEP, SWEPT, TARE, TARED,
+    TELEMETRY_RAN, TICK, Tick, WISHES, WISHES_SENT,
 };
 use crate::{links, record};
 
@@ -36,6 +37,7 @@ pub async fn run(
         indicators: board.indicators,
         events,
         black_box,
+        bus: Link::new(),
         number: 0,
     };
     if clock == Clock::Internal {
@@ -43,24 +45,18 @@ pub async fn run(
         events.add(Event::ClockInternal);
         control.send(now(Instant::now()), &events);
     }
-    let mut scan = converter.start();
     let mut ticker = Ticker::every(Duration::from_micros(TICK_US));
     board::feed_watchdog();
     loop {
         ticker.next().await;
         let began = Instant::now();
-        let frame = scan.frame();
-        if frame.overrun {
-            // An overrun stops the transfer in the middle of a scan: start again at channel one.
-            drop(scan);
-            scan = converter.start();
-        }
+        let frame = converter.frame();
         control.tick(began, frame);
     }
 }
 
 /// A moment as the controller takes it.
-fn now(moment: Instant) -> softgrip::units::Instant {
+pub fn now(moment: Instant) -> softgrip::units::Instant {
     softgrip::units::Instant::from_micros(moment.as_micros())
 }
 
@@ -73,6 +69,7 @@ struct Control {
     indicators: IndicatorPins,
     events: Producer<'static, Numbered>,
     black_box: Recorder,
+    bus: Link,
     /// The number of the last event.
     number: u32,
 }
@@ -86,16 +83,24 @@ impl Control {
             self.apply_settings();
         }
         let levels = self.controller.active().io().on(self.inputs.levels());
+        if WISHES_SENT.swap(false, Relaxed)
+            && let Some(wishes) = WISHES.try_take()
+        {
+            self.bus.ask(wishes);
+        }
         let command = match self.debounced.step(levels) {
             Command::Continue if TARE.swap(0, Relaxed) != 0 => Command::Tare,
             Command::Continue if SWEEP.swap(0, Relaxed) != 0 => Command::Sweep,
-            command => command,
+            pins => self.bus.command(pins),
         };
         let outputs = self.controller.step(now, &frame, command);
         self.regulator.set(outputs.dac);
         self.indicators
             .set(outputs.indicators, self.controller.active().io());
 
+        if let Some(status) = self.bus.ticked(self.controller, &outputs) {
+            STATUS.signal(status);
+        }
         record::ticked(&outputs.snapshot.state);
         TICK.signal(Tick {
             frame,

@@ -1,13 +1,16 @@
 //! Everything that one task has for another. The control task writes here, and never waits.
 
+use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
+use bus::robot::{Status, Wishes};
 use embassy_executor::InterruptExecutor;
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use heapless::spsc::{Consumer, Producer, Queue};
 use softgrip::blackbox::{self, Memory};
-use softgrip::settings::{Active, Calibration};
+use softgrip::settings::{Active, Calibration, FACTORY, Values};
 use softgrip::telemetry::{Event, Snapshot};
 use softgrip::units::{DacCode, FINGERS, Instant};
 use softgrip::{Command, RawFrame};
@@ -75,6 +78,34 @@ pub static SWEPT: Signal<CriticalSectionRawMutex, Calibration> = Signal::new();
 
 /// One of the two has come. The storage task waits for it.
 pub static LEARNED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// What a request on the bus wants of the next ticks, from the bus task to the control task.
+pub static WISHES: Signal<CriticalSectionRawMutex, Wishes> = Signal::new();
+
+/// There is something. To ask the signal itself is to copy it.
+pub static WISHES_SENT: AtomicBool = AtomicBool::new(false);
+
+/// What the last of those ticks shows.
+pub static STATUS: Signal<CriticalSectionRawMutex, Status> = Signal::new();
+
+/// The settings in use, for tasks that do not come between one another; the factory's if none.
+static VALUES: Mutex<CriticalSectionRawMutex, Cell<Option<Values>>> = Mutex::new(Cell::new(None));
+
+/// What is in use.
+pub fn values() -> Values {
+    VALUES.lock(Cell::get).unwrap_or(FACTORY)
+}
+
+/// Uses others, once the control task has them as well.
+pub fn set_values(values: Values) {
+    VALUES.lock(|cell| cell.set(Some(values)));
+}
+
+/// They are to be stored. The storage task reads and clears it.
+pub static SAVE: AtomicBool = AtomicBool::new(false);
+
+/// They have been, or could not be: from the storage task to the bus task.
+pub static STORED: Signal<CriticalSectionRawMutex, bool> = Signal::new();
 
 /// Settings that the control task is to use from its next tick on, from the storage task.
 pub static SETTINGS: Signal<CriticalSectionRawMutex, Active> = Signal::new();

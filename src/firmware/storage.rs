@@ -4,25 +4,24 @@ use core::sync::atomic::Ordering::Relaxed;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use softgrip::blackbox::{self, Phase, Recorder};
-use softgrip::settings::{Active, Calibration, ENCODED_BYTES, FACTORY, Values};
+use softgrip::settings::{Active, ENCODED_BYTES, FACTORY, Values};
 use softgrip::storage::{SaveError, Storage, Stored};
 use softgrip::table::FINGER;
 use softgrip::units::FINGERS;
 
 use crate::board::SettingsFlash;
-use crate::links::{self, BLACK_BOX, BLACK_BOX_CHANGED, LEARNED, SWEPT, TARED};
+use crate::links::{self, BLACK_BOX, BLACK_BOX_CHANGED, LEARNED, SAVE, STORED, SWEPT, TARED};
 
 /// Where the black box lies in flash: in the sector behind those of the settings.
 const BLACK_BOX_AT: u32 = 2 * SettingsFlash::ERASE_SIZE as u32;
 
-/// The numbers of the settings that a tare changes.
+/// The numbers of the settings that a tare changes, and of one that a sweep may leave as it is.
 const TARE: [u16; FINGERS] = [510, 511, 512];
+const REGULATOR_LAG: u16 = 110;
 
 /// The settings, and where they are kept.
 pub struct Keeper {
     storage: Storage<SettingsFlash>,
-    /// What is in use.
-    pub values: Values,
     /// Something that was stored is not valid, and the factory's is in use instead.
     pub invalid: bool,
 }
@@ -33,7 +32,6 @@ pub struct Keeper {
 pub fn keeper(flash: SettingsFlash) -> Option<&'static mut Keeper> {
     let keeper = cortex_m::singleton!(KEEPER: Keeper = Keeper {
         storage: Storage::new(flash),
-        values: FACTORY,
         invalid: false,
     })?;
     keeper.load();
@@ -52,7 +50,7 @@ impl Keeper {
                 defmt::info!(
                     "settings: {=usize} bytes stored, tare {} ue",
                     length,
-                    self.tare_ue(),
+                    TARE.map(|number| links::values().get(number).unwrap_or_default()),
                 );
             }
             Ok(Stored::Corrupt) | Err(_) => {
@@ -99,49 +97,17 @@ impl Keeper {
             );
             self.invalid = true;
         }
-        self.values = decoded.values;
-    }
-
-    /// A tare: the control task uses it already.
-    fn keep_tare(&mut self, tare_ue: [f32; FINGERS]) {
-        for stated in TARE.into_iter().zip(tare_ue) {
-            self.keep(stated);
-        }
-    }
-
-    /// What a sweep has found becomes what the control task uses.
-    fn keep_fingers(&mut self, found: &Calibration) {
-        let before = self.values;
-        let regulator_ms = self.values.get(110).unwrap_or_default();
-        for stated in found.stated(regulator_ms, &FINGER) {
-            self.keep(stated);
-        }
-        match Active::of(&self.values, &FINGER) {
-            Ok(active) => links::send_settings(active),
-            Err(error) => {
-                defmt::error!("the sweep is not used: {}", error);
-                self.values = before;
-            }
-        }
-    }
-
-    fn keep(&mut self, (number, value): (u16, f32)) {
-        if let Err(error) = self.values.set(number, value) {
-            defmt::error!("not kept: {}", error);
-        }
-    }
-
-    fn tare_ue(&self) -> [f32; FINGERS] {
-        TARE.map(|number| self.values.get(number).unwrap_or_default())
+        links::set_values(decoded.values);
     }
 
     async fn save(&mut self) {
         let mut bytes = [0; ENCODED_BYTES];
-        let length = self.values.encode(&FACTORY, &mut bytes);
+        let length = links::values().encode(&FACTORY, &mut bytes);
         let saved = match length.and_then(|length| bytes.get(..length)) {
             Some(bytes) => self.storage.save(bytes).await,
             None => Err(SaveError::TooLong),
         };
+        STORED.signal(saved.is_ok());
         match saved {
             Ok(()) => defmt::info!("settings stored"),
             Err(error) => {
@@ -156,6 +122,23 @@ impl Keeper {
     }
 }
 
+/// What has been measured becomes what the control task uses.
+fn learn(stated: &[(u16, f32)]) {
+    let mut values = links::values();
+    for &(number, value) in stated {
+        if let Err(error) = values.set(number, value) {
+            defmt::error!("not kept: {}", error);
+        }
+    }
+    match Active::of(&values, &FINGER) {
+        Ok(active) => {
+            links::set_values(values);
+            links::send_settings(active);
+        }
+        Err(error) => defmt::error!("not used: {}", error),
+    }
+}
+
 #[embassy_executor::task]
 pub async fn run(keeper: &'static mut Keeper) -> ! {
     if keeper.invalid {
@@ -164,14 +147,18 @@ pub async fn run(keeper: &'static mut Keeper) -> ! {
     }
     loop {
         LEARNED.wait().await;
-        let (tared, swept) = (TARED.try_take(), SWEPT.try_take());
-        if let Some(tare_ue) = tared {
-            keeper.keep_tare(tare_ue);
+        let mut saves = SAVE.swap(false, Relaxed);
+        if let Some([a, b, c]) = TARED.try_take() {
+            let [x, y, z] = TARE;
+            learn(&[(x, a), (y, b), (z, c)]);
+            saves = true;
         }
-        if let Some(found) = &swept {
-            keeper.keep_fingers(found);
+        if let Some(found) = SWEPT.try_take() {
+            let regulator_ms = links::values().get(REGULATOR_LAG).unwrap_or_default();
+            learn(&found.stated(regulator_ms, &FINGER));
+            saves = true;
         }
-        if tared.is_some() || swept.is_some() {
+        if saves {
             keeper.save().await;
         }
         if BLACK_BOX_CHANGED.swap(false, Relaxed) {

@@ -19,6 +19,8 @@ use crate::record;
 /// The watchdog's time may be as short as 68 ms, and a tick feeds it only after this task has run.
 const LONGEST_PERIOD_US: u64 = 50_000;
 
+const HALF_A_TICK: Duration = Duration::from_micros(TICK_US / 2);
+
 /// More often than once per tick there is nothing new.
 fn period() -> Duration {
     let micros = u64::from(TELEMETRY_PERIOD_US.load(Relaxed));
@@ -70,6 +72,11 @@ pub async fn run(mut events: Consumer<'static, Numbered>, identity: Identity) ->
         let longest_us = LONGEST_TICK_US.swap(0, Relaxed);
         second.add(longest_us);
         if let Some(tick) = TICK.try_take() {
+            if number == 0 {
+                // Between two ticks from now on, so that the clock does not come into one.
+                let began = Instant::from_micros(tick.snapshot.now.micros());
+                due = began + period() + HALF_A_TICK;
+            }
             number = number.wrapping_add(1);
             defmt::info!(
                 "snapshot {=u32}: {}, from {} and {} to {}, longest tick {=u32} us, events lost {=u32}, clock {}",

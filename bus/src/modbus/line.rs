@@ -138,6 +138,11 @@ impl Receiver {
         })
     }
 
+    /// Whether something has been received that a silence would end.
+    pub fn has_begun(&self) -> bool {
+        self.length > 0
+    }
+
     /// Gives up what has been received, as after the line has failed.
     pub fn forget(&mut self) {
         if self.length > 0 && !self.is_whole {
