@@ -9,7 +9,7 @@
 //! | words | what |
 //! | --- | --- |
 //! | 0 | [`Phase`] |
-//! | 1 | what came: a loss's cause, or 256 more than a fault's code |
+//! | 1 | what came: 1 the residuals collapsed, 2 one finger emptied, 3 nothing was there after a change of pressure; or 256 more than a fault's code |
 //! | 2, 3 | when, µs, lower half first; zero where the program failed, as nobody knows |
 //! | 4 | the tick in which it came, counted as the blocks do |
 //! | 5 … | [`BLOCKS`] blocks of [`BLOCK`] words: number of the first tick; how many ticks (upper half) and the command; codes of gauges 1 and 2; of gauge 3 and monitor; then the bits, from each word's highest on |
@@ -149,7 +149,7 @@ impl Recorder {
     /// Takes what is reported in the coming tick. The first loss or fault counts; a stop that somebody wanted is none.
     pub fn report(&mut self, now: Instant, event: &Event) {
         let what = match event {
-            Event::Lost(loss) => loss.cause as u32,
+            Event::Lost(loss) => (loss.cause as u32).wrapping_add(1),
             Event::Fault { fault, .. } if *fault != Fault::Stopped => {
                 BEFORE_FAULTS.wrapping_add(fault.code().into())
             }

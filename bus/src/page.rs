@@ -2,7 +2,8 @@
 
 use core::fmt::{Display, Formatter, Result};
 
-use crate::robot::{Access, DETAILS, REFUSALS, REGISTERS, SETTINGS_FROM, Shape};
+use crate::robot::{Access, BLACK_BOX_FROM, DETAILS, REFUSALS, REGISTERS, SETTINGS_FROM, Shape};
+use softgrip::blackbox;
 
 /// Every register and every number, as tables of Markdown.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +42,11 @@ impl Display for Page {
         writeln!(
             f,
             "| 0x{SETTINGS_FROM:04X} + 2 · number | 2, float | read, write | setting | as set | The setting with this number (settings.md) |"
+        )?;
+        writeln!(
+            f,
+            "| 0x{BLACK_BOX_FROM:04X} + 2 · word | 2 | read | black box | – | Its {} words, while something stands in it; `softgrip blackbox` reads them (faults.md) |",
+            blackbox::WORDS
         )?;
         for (title, numbers) in [
             ("refusal", &REFUSALS[..]),

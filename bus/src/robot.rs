@@ -16,13 +16,18 @@ mod registers;
 
 pub use link::{Fate, Link, Record, Status, Wishes};
 pub use numbers::{DETAILS, REFUSALS};
-pub use registers::{Access, Item, MAP_VERSION, REGISTERS, Register, SETTINGS_FROM, Shape};
+pub use registers::{
+    Access, BLACK_BOX_FROM, Item, MAP_VERSION, REGISTERS, Register, SETTINGS_FROM, Shape,
+};
 
 use compatible::{Compatible, Fingers};
-use own::Own;
+use own::{Act, Own};
 use registers::{At, Half};
 
 use crate::modbus::{Exception, Frame, Function, Range, Reply, Request, STALE_US};
+use core::sync::atomic::Ordering::Relaxed;
+
+use softgrip::blackbox::{Memory, Phase};
 use softgrip::command::Command;
 use softgrip::grasp::State;
 use softgrip::settings::Values;
@@ -42,6 +47,8 @@ pub struct Work {
     pub settings_changed: bool,
     /// The settings are to be stored; [`Robot::stored`] tells what has become of it.
     pub save: bool,
+    /// The black box has been seen: it is to run again ([`Recorder::clear`](softgrip::blackbox::Recorder::clear)).
+    pub clear_black_box: bool,
 }
 
 /// The request that waits for its answer.
@@ -69,6 +76,7 @@ enum Write {
 pub struct Robot {
     id: u8,
     table: &'static FingerTable,
+    black_box: &'static Memory,
     compatible: Compatible,
     own: Own,
     /// In the last status a sweep was running.
@@ -78,10 +86,11 @@ pub struct Robot {
 
 impl Robot {
     /// Nobody has said anything, to the slave with this id.
-    pub const fn new(id: u8, table: &'static FingerTable) -> Self {
+    pub const fn new(id: u8, table: &'static FingerTable, black_box: &'static Memory) -> Self {
         Self {
             id,
             table,
+            black_box,
             compatible: Compatible::new(),
             own: Own::new(),
             sweeps: false,
@@ -106,6 +115,7 @@ impl Robot {
             wishes: Wishes::NONE,
             settings_changed: false,
             save: false,
+            clear_black_box: false,
         };
         let taken = match frame.request {
             Ok(_) if self.is_busy(now) => Err(Exception::Busy),
@@ -144,7 +154,7 @@ impl Robot {
                     self.own.acknowledge();
                 }
             }
-            Write::Own => work.save = self.write_own(request, &mut work.wishes),
+            Write::Own => self.write_own(request, work),
             Write::Settings => {
                 *values = self.set(request, *values)?;
                 self.own.changed = true;
@@ -169,9 +179,8 @@ impl Robot {
         Ok(())
     }
 
-    /// Writes to the own block. True if the settings are to be stored.
-    fn write_own(&mut self, request: &Request, wishes: &mut Wishes) -> bool {
-        let mut save = false;
+    /// Writes to the own block.
+    fn write_own(&mut self, request: &Request, work: &mut Work) {
         for (address, value) in request.written() {
             if let Some(At::Item(item, _)) = registers::find(address) {
                 self.own.write(item, value);
@@ -180,13 +189,16 @@ impl Robot {
         // A command takes what the same request has written behind it, too.
         for (address, _) in request.written() {
             if let Some(At::Item(item, _)) = registers::find(address) {
-                save |= self.own.act(item, wishes);
-                if item == Item::Command && !wishes.is_empty() {
+                match self.own.act(item, &mut work.wishes) {
+                    Act::Wish => {}
+                    Act::Save => work.save = true,
+                    Act::ClearBlackBox => work.clear_black_box = true,
+                }
+                if item == Item::Command && !work.wishes.is_empty() {
                     self.compatible.stay();
                 }
             }
         }
-        save
     }
 
     /// Checks all of a request but the values of settings, and says where it writes.
@@ -198,7 +210,7 @@ impl Robot {
     ) -> Result<Write, Exception> {
         for address in request.read.addresses() {
             match registers::find(address) {
-                Some(At::Item(..)) => {}
+                Some(At::Item(..) | At::BlackBox(..)) => {}
                 Some(At::Setting(number, _)) if values.get(number).is_some() => {}
                 _ => return Err(Exception::IllegalAddress),
             }
@@ -215,7 +227,9 @@ impl Robot {
             Some(At::Setting(_, Half::Upper)) if request.values.count().is_multiple_of(2) => {
                 Write::Settings
             }
-            Some(At::Setting(..)) | None => return Err(Exception::IllegalAddress),
+            Some(At::Setting(..) | At::BlackBox(..)) | None => {
+                return Err(Exception::IllegalAddress);
+            }
         };
         for (address, value) in request.written() {
             match (write, registers::find(address)) {
@@ -289,6 +303,7 @@ impl Robot {
                         let bits = values.get(number).unwrap_or_default().to_bits();
                         half.of(bits)
                     }
+                    Some(At::BlackBox(word, half)) => half.of(self.black_box(word)),
                     None => 0,
                 };
                 reply.word(word);
@@ -320,8 +335,14 @@ impl Robot {
             Item::PositionPressure => compatible.shows(2, status, fingers),
             Item::Activated => compatible.is_active().into(),
             Item::Damaged => damaged,
+            Item::BlackBox => (self.black_box(0) == Phase::Stands as u32).into(),
             _ => self.own.shows(item, offset, status, fingers),
         }
+    }
+
+    fn black_box(&self, word: usize) -> u32 {
+        let word = self.black_box.get(word);
+        word.map_or(0, |word| word.load(Relaxed))
     }
 
     /// The settings have been stored, or could not be.

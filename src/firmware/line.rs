@@ -13,7 +13,9 @@ use softgrip::table::FINGER;
 
 use crate::board::{Serial, SerialParts};
 use crate::control::now;
-use crate::links::{self, LEARNED, SAVE, STATUS, STORED, WISHES, WISHES_SENT};
+use crate::links::{
+    self, BLACK_BOX, CLEAR_BLACK_BOX, LEARNED, SAVE, STATUS, STORED, WISHES, WISHES_SENT,
+};
 
 /// A slave on the line.
 struct Slave {
@@ -37,7 +39,7 @@ impl Slave {
         let baud = settings.baud.bits_per_s();
         let timing = Timing::line(baud);
         Self {
-            robot: Robot::new(settings.id, &FINGER),
+            robot: Robot::new(settings.id, &FINGER, &BLACK_BOX),
             receiver: Receiver::new(settings.id, timing),
             timing,
             reply: Reply::new(),
@@ -93,6 +95,9 @@ fn pass(work: &Work, values: Values) {
         STORED.reset();
         SAVE.store(true, Relaxed);
         LEARNED.signal(());
+    }
+    if work.clear_black_box {
+        CLEAR_BLACK_BOX.store(1, Relaxed);
     }
     STATUS.reset();
     WISHES.signal(work.wishes);

@@ -67,6 +67,18 @@ pub struct Own {
 /// The command register's numbers.
 const SAVE: u16 = 9;
 const HALT: u16 = 10;
+const CLEAR: u16 = 11;
+
+/// What is done beside commands to the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Act {
+    /// Nothing.
+    Wish,
+    /// The settings are stored.
+    Save,
+    /// The black box is cleared.
+    ClearBlackBox,
+}
 
 impl Own {
     /// Nothing has been written.
@@ -117,7 +129,7 @@ impl Own {
             Item::Mass | Item::Acceleration => u16::MAX,
             Item::Kind | Item::Motion => 1,
             Item::GripPressure => (TENTHS * fingers.limit.0) as u16,
-            Item::Command => HALT,
+            Item::Command => CLEAR,
             _ => return Err(Exception::IllegalAddress),
         };
         match value <= most {
@@ -140,23 +152,23 @@ impl Own {
         *place = value;
     }
 
-    /// What a register means that has been written, once all of its request have been. True if the settings are to be
-    /// stored.
-    pub fn act(&mut self, item: Item, wishes: &mut Wishes) -> bool {
+    /// What a register means that has been written, once all of its request have been.
+    pub fn act(&mut self, item: Item, wishes: &mut Wishes) -> Act {
         let command = match (item, self.command) {
             (Item::Motion, _) => Command::Motion(match self.motion {
                 0 => Motion::Moving,
                 _ => Motion::Still,
             }),
-            (Item::Command, SAVE) => return true,
+            (Item::Command, SAVE) => return Act::Save,
+            (Item::Command, CLEAR) => return Act::ClearBlackBox,
             (Item::Command, number) => match self.command(number) {
                 Some(command) => command,
-                None => return false,
+                None => return Act::Wish,
             },
-            _ => return false,
+            _ => return Act::Wish,
         };
         wishes.add(command);
-        false
+        Act::Wish
     }
 
     fn command(&mut self, number: u16) -> Option<Command> {

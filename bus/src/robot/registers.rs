@@ -2,12 +2,16 @@
 //!
 //! `softgrip registers` prints it, and the image has addresses and items alone.
 
+use softgrip::blackbox;
+
 /// Version of the map; a higher one may have more registers, and none that means something else.
 pub const MAP_VERSION: u16 = 1;
 
 /// Address of a setting's value by its number: two registers each from here on, IEEE 754 single precision, the upper half
 /// first.
 pub const SETTINGS_FROM: u16 = 0x2000;
+/// Address of the black box: two registers for each of its words from here on, the upper half first.
+pub const BLACK_BOX_FROM: u16 = 0x3000;
 /// No setting has this number or a higher one.
 pub const SETTINGS_END: u16 = 0x0800;
 
@@ -167,6 +171,8 @@ pub enum Item {
     Detail,
     /// What has become of the settings.
     Settings,
+    /// Whether something stands in the black box.
+    BlackBox,
 }
 
 impl Item {
@@ -221,7 +227,7 @@ const fn at(
 /// Every register but those of the settings, in the order of the addresses. An address that was ever released is not used
 /// for something else.
 #[rustfmt::skip]
-pub const REGISTERS: [Register; 53] = [
+pub const REGISTERS: [Register; 54] = [
     at(0x03E8, Item::Action, "action", "", "Upper byte: rACT bit 0, rGTO bit 3, rATR bit 4, rARD bit 5; lower byte: nothing"),
     at(0x03E9, Item::Position, "position request", "", "Lower byte: rPR, 0 open to 255 full bend; 3 and less release"),
     at(0x03EA, Item::SpeedForce, "speed and force", "", "Upper byte: rSP, share of the slew, 0 a tenth to 255 all; lower byte: rFR, limit of the pressure, 0 half to 255 all of the highest"),
@@ -275,12 +281,13 @@ pub const REGISTERS: [Register; 53] = [
     at(0x1101, Item::Acceleration, "payload acceleration", "mm/s²", "For command 3: greatest acceleration of the arm, upwards"),
     at(0x1102, Item::Kind, "payload kind", "", "For command 3: 0 sphere, 1 upright cylinder, in the size of the recipe"),
     at(0x1103, Item::GripPressure, "grip pressure", "0.1 kPa", "For command 2: up to the highest pressure"),
-    at(0x1104, Item::Command, "command", "", "Each write is one: 0 nothing, 1 grip at the pressure of the settings, 2 at the grip pressure, 3 for the payload, 4 release, 5 stop, 6 acknowledge, 7 tare, 8 sweep, 9 save the settings, 10 keep the pressure that is there"),
+    at(0x1104, Item::Command, "command", "", "Each write is one: 0 nothing, 1 grip at the pressure of the settings, 2 at the grip pressure, 3 for the payload, 4 release, 5 stop, 6 acknowledge, 7 tare, 8 sweep, 9 save the settings, 10 keep the pressure that is there, 11 clear the black box"),
     at(0x1105, Item::Motion, "arm", "", "0 it may move, 1 it stands still: a slip or a loss at rest is told sooner"),
     at(0x1106, Item::Fate, "result", "", "What has become of the last request with a command: 0 none yet, 1 being carried out, 2 it was being done already, 3 refused, 4 dropped for a stop or for a release by the digital inputs"),
     at(0x1107, Item::Refusal, "refusal", "", "Number of the latest refusal (below), 0 for none"),
     at(0x1108, Item::Detail, "refusal detail", "", "What belongs to it: the mass in g that would be possible, why a tare or a sweep failed"),
     at(0x1109, Item::Settings, "settings", "", "0 as stored, 1 changed and not stored"),
+    at(0x110A, Item::BlackBox, "black box", "", "0 it runs, 1 something stands in it (below)"),
 ];
 
 /// A row as the image has it.
@@ -342,10 +349,16 @@ pub enum At {
     Item(Item, u16),
     /// Half of the value of a setting, if there is one of this number.
     Setting(u16, Half),
+    /// Half of a word of the black box.
+    BlackBox(usize, Half),
 }
 
 /// What lies at an address; none if nothing does.
 pub fn find(address: u16) -> Option<At> {
+    if let Some(offset) = address.checked_sub(BLACK_BOX_FROM) {
+        let word = usize::from(offset / 2);
+        return (word < blackbox::WORDS).then_some(At::BlackBox(word, Half::at(offset)));
+    }
     if let Some(offset) = address.checked_sub(SETTINGS_FROM) {
         let number = offset / 2;
         return (number < SETTINGS_END).then_some(At::Setting(number, Half::at(offset)));
@@ -388,6 +401,10 @@ mod tests {
             find(0x2000 + 2 * 0x7ff),
             Some(At::Setting(0x7ff, Half::Upper))
         );
-        assert_eq!(find(0x2000 + 2 * 0x800), None);
+        assert_eq!(find(0x3000), Some(At::BlackBox(0, Half::Upper)));
+        let last = 0x3000 + 2 * blackbox::WORDS as u16 - 1;
+        let word = blackbox::WORDS - 1;
+        assert_eq!(find(last), Some(At::BlackBox(word, Half::Lower)));
+        assert_eq!(find(last + 1), None);
     }
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use bus::modbus::{Function, Receiver, Request, Timing, crc};
 use fastrand::Rng;
+use softgrip::blackbox::WORDS;
 use softgrip::settings::{Settings, Values};
 
 use crate::line::{Bus, ID, writing};
@@ -11,13 +12,15 @@ use crate::line::{Bus, ID, writing};
 /// What may be written, settings apart.
 const WRITABLE: [Range<u16>; 2] = [0x03E8..0x03EB, 0x1100..0x1106];
 /// What may be read beside.
-const READABLE: [Range<u16>; 6] = [
+const READABLE: [Range<u16>; 7] = [
     0x07D0..0x07D6,
     0x1000..0x1008,
     0x1010..0x1026,
     0x1030..0x1039,
     0x1040..0x104A,
-    0x1106..0x110A,
+    0x1106..0x110B,
+    // The black box.
+    0x3000..0x3000 + 2 * WORDS as u16,
 ];
 const SETTINGS: u16 = 0x2000;
 
@@ -83,7 +86,7 @@ impl Hostile {
         };
         let range = range.expect("some").clone();
         let mut address = rng.u16(range.clone());
-        let mut values: Vec<u16> = (0..rng.u16(1..=range.end - address))
+        let mut values: Vec<u16> = (0..rng.u16(1..=120.min(range.end - address)))
             .map(|_| {
                 let any = rng.u16(..);
                 rng.choice([0, 1, 3, 0x0100, 0x0900, any]).expect("some")

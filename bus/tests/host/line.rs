@@ -2,10 +2,12 @@
 
 use bus::modbus::{self, Receiver, Reply, Timing};
 use bus::robot::{Link, Robot, Work};
-use softgrip::Command;
+use softgrip::blackbox::{Memory, Recorder, WORDS};
 use softgrip::settings::{Settings, Values};
 use softgrip::table::FINGER;
 use softgrip::units::Instant;
+use softgrip::{Command, RawFrame};
+use std::sync::atomic::AtomicU32;
 
 use crate::mock::MockBoard;
 
@@ -58,6 +60,7 @@ pub struct Bus {
     pub receiver: Receiver,
     pub values: Values,
     pub reply: Reply,
+    black_box: Recorder,
     /// Ticks that the last answer took.
     pub ticks: u32,
     /// What the digital inputs want in the next tick; a stop lasts, as its circuit stays open.
@@ -74,9 +77,11 @@ impl Bus {
     }
 
     pub fn of(board: MockBoard, settings: Settings) -> Self {
+        let memory: &'static Memory = Box::leak(Box::new([const { AtomicU32::new(0) }; WORDS]));
         let mut bus = Self {
             board,
-            robot: Robot::new(ID, &FINGER),
+            robot: Robot::new(ID, &FINGER, memory),
+            black_box: Recorder::new(memory, false),
             link: Link::new(),
             receiver: Receiver::new(ID, Timing::stream()),
             values: settings.values(),
@@ -119,6 +124,11 @@ impl Bus {
         }
         let command = self.link.command(pins);
         let outputs = self.board.step(command);
+        for event in outputs.events.iter() {
+            self.black_box.report(self.now(), event);
+        }
+        // Of what was measured nothing is of interest here.
+        self.black_box.step(&RawFrame::default(), outputs.dac);
         let status = self.link.ticked(&self.board.controller, &outputs)?;
         let damaged = self.receiver.damaged();
         let now = self.now();
@@ -172,6 +182,9 @@ impl Bus {
         let Some(work) = self.work else {
             return Some(self.reply.bytes().to_vec());
         };
+        if work.clear_black_box {
+            self.black_box.clear();
+        }
         if work.settings_changed {
             let active = softgrip::settings::Active::of(&self.values, &FINGER);
             let active = active.expect("they have been checked");

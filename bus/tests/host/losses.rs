@@ -2,12 +2,16 @@
 
 use crate::line::{Bus, REQUEST, STATUS, Shown};
 use crate::mock::adjusted;
+use bus::robot::BLACK_BOX_FROM;
 use softgrip::Command;
+use softgrip::blackbox::{Kept, WORDS, ticks};
 use softgrip::grasp::State;
 use softgrip::settings::{OnLoss, Settings};
 use softgrip::telemetry::Event;
 
 const LOSS: u16 = 0x1030;
+/// Whether something stands in the black box.
+const STANDS: u16 = 0x110a;
 
 /// Holding an object at full position and force.
 fn holding(settings: Settings) -> Bus {
@@ -170,4 +174,40 @@ fn what_opens_or_regrips_by_itself_after_a_loss_shows_it_too() {
         assert_eq!(bus.shown().obj, 3, "{on_loss:?}");
         assert_eq!(bus.read_one(LOSS), 1);
     }
+}
+
+#[test]
+fn the_black_box_is_read_word_by_word_and_runs_again_once_it_is_cleared() {
+    let mut bus = holding(Settings::default());
+    assert_eq!(bus.read_one(STANDS), 0);
+    bus.drop_object();
+    bus.run(200);
+    assert_eq!(bus.read_one(STANDS), 1);
+    let mut registers = Vec::new();
+    while registers.len() < 2 * WORDS {
+        let count = 125.min(2 * WORDS - registers.len()) as u16;
+        registers.extend(bus.read(BLACK_BOX_FROM + registers.len() as u16, count));
+    }
+    let (pairs, _) = registers.as_chunks::<2>();
+    let words: Vec<u32> = pairs
+        .iter()
+        .map(|[upper, lower]| u32::from(*upper) << 16 | u32::from(*lower))
+        .collect();
+    assert_eq!(words[1], 1);
+    let kept: Vec<Kept> = ticks(&words).collect();
+    assert_eq!(kept.last().map(|kept| kept.tick), Some(words[4] + 99));
+    // The command of a grip at full force, which the loss left as it was.
+    assert!(kept.len() > 1_000);
+    assert!(
+        kept[kept.len() - 100..]
+            .iter()
+            .all(|kept| kept.codes[4] > 2_000)
+    );
+    // Behind its end nothing can be read, and nowhere anything written.
+    let end = (BLACK_BOX_FROM + 2 * WORDS as u16).to_be_bytes();
+    assert_eq!(bus.refused(&[3, end[0], end[1], 0, 1]), 2);
+    let [upper, lower] = BLACK_BOX_FROM.to_be_bytes();
+    assert_eq!(bus.refused(&[6, upper, lower, 0, 0]), 2);
+    bus.write(0x1104, &[11]);
+    assert_eq!(bus.read_one(STANDS), 0);
 }

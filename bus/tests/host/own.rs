@@ -78,7 +78,7 @@ fn values_out_of_their_range_change_nothing() {
     for (address, values) in [
         (PARAMETERS + 2, vec![2]),
         (PARAMETERS + 3, vec![1_601]),
-        (COMMAND, vec![11]),
+        (COMMAND, vec![12]),
         (COMMAND + 1, vec![2]),
         // All or nothing.
         (PARAMETERS, vec![9, 9, 9]),
@@ -105,7 +105,7 @@ fn every_register_reads_and_only_those_that_may_be_written_are() {
         }
     }
     // Beside them there is nothing.
-    for address in [0, 0x03E7, 0x03EB, 0x07D6, 0x0FFF, 0x1008, 0x1026, 0x110A] {
+    for address in [0, 0x03E7, 0x03EB, 0x07D6, 0x0FFF, 0x1008, 0x1026, 0x110B] {
         assert_eq!(
             bus.refused(&[3, (address >> 8) as u8, address as u8, 0, 1]),
             2

@@ -1,5 +1,7 @@
 //! The simulated gripper, its controller and what a robot on the bus sees of both, tick by tick.
 
+use std::sync::atomic::AtomicU32;
+
 use anyhow::ensure;
 use bus::modbus::{Frame, Function, Reply, Request};
 use bus::robot::{Link, Robot, Status, Wishes};
@@ -8,6 +10,7 @@ use sim::fault::{self, FaultKind};
 use sim::plant::{Plant, Truth};
 use sim::run;
 use sim::setup::Setup;
+use softgrip::blackbox::{Memory, Recorder, WORDS};
 use softgrip::settings::{Active, Values};
 use softgrip::table::FingerTable;
 use softgrip::telemetry::Event;
@@ -38,6 +41,7 @@ pub struct Twin {
     controller: Controller,
     link: Link,
     robot: Robot,
+    black_box: Recorder,
     id: u8,
     /// The settings in use.
     values: Values,
@@ -63,12 +67,15 @@ impl Twin {
         if !has_object {
             plant.world_mut().remove_object();
         }
+        // As long as the program lives.
+        let memory: &'static Memory = Box::leak(Box::new([const { AtomicU32::new(0) }; WORDS]));
         Ok(Self {
             plant,
             table,
             controller: run::controller(table, &settings)?,
             link: Link::new(),
-            robot: Robot::new(settings.bus.id, table),
+            robot: Robot::new(settings.bus.id, table, memory),
+            black_box: Recorder::new(memory, false),
             id: settings.bus.id,
             values: settings.values(),
             is_changed: false,
@@ -132,6 +139,9 @@ impl Twin {
             return Some(reply);
         };
         self.is_changed |= work.settings_changed;
+        if work.clear_black_box {
+            self.black_box.clear();
+        }
         if work.save {
             say("settings saved, until the virtual gripper ends".into());
             self.robot.stored(true);
@@ -164,8 +174,10 @@ impl Twin {
                 event,
             };
             say(timed.words());
+            self.black_box.report(self.now(), &event);
             self.learn(event, say);
         }
+        self.black_box.step(&frame, outputs.dac);
         let status = self.link.ticked(&self.controller, &outputs);
         self.status = status.or(self.status);
         let reply = match status {
