@@ -45,7 +45,7 @@ impl Display for Page {
         )?;
         writeln!(
             f,
-            "| 0x{BLACK_BOX_FROM:04X} + 2 · word | 2 | read | black box | – | Its {} words, while something stands in it; `softgrip blackbox` reads them (faults.md) |",
+            "| 0x{BLACK_BOX_FROM:04X} + 2 · word | 2 | read | black box | – | Its {} words, while something stands in it (faults.md) |",
             blackbox::WORDS
         )?;
         for (title, numbers) in [
