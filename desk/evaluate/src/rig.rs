@@ -2,8 +2,8 @@
 //! identification.
 
 use finger::chain::Chain;
+use sim::bodies::world_config;
 use sim::hand::Hand;
-use sim::plant::world_config;
 use sim::setup::Setup;
 use sim::world::World;
 use softgrip::FINGERS;

@@ -103,6 +103,23 @@ struct Stage {
     travel: Travel,
 }
 
+impl Stage {
+    /// The arm at time `t_s`.
+    fn at(&self, t_s: f64) -> ArmState {
+        let (distance, velocity, acceleration) = self.travel.at(t_s - self.start_s);
+        let mut state = ArmState {
+            phase: self.phase,
+            position_m: self.from_m,
+            velocity_m_s: [0.0; 3],
+            acceleration_m_s2: [0.0; 3],
+        };
+        state.position_m[self.axis] += self.sign * distance;
+        state.velocity_m_s[self.axis] = self.sign * velocity;
+        state.acceleration_m_s2[self.axis] = self.sign * acceleration;
+        state
+    }
+}
+
 impl Profile {
     /// Plans all moves of a task.
     pub fn new(task: &ArmTask) -> Profile {
@@ -145,20 +162,10 @@ impl Profile {
             .rev()
             .find(|s| s.start_s <= t_s)
             .unwrap_or(&self.stages[0]);
-        let (distance, velocity, acceleration) = stage.travel.at(t_s - stage.start_s);
-        let mut state = ArmState {
-            phase: if t_s < self.done_at_s {
-                stage.phase
-            } else {
-                Phase::Done
-            },
-            position_m: stage.from_m,
-            velocity_m_s: [0.0; 3],
-            acceleration_m_s2: [0.0; 3],
-        };
-        state.position_m[stage.axis] += stage.sign * distance;
-        state.velocity_m_s[stage.axis] = stage.sign * velocity;
-        state.acceleration_m_s2[stage.axis] = stage.sign * acceleration;
+        let mut state = stage.at(t_s);
+        if t_s >= self.done_at_s {
+            state.phase = Phase::Done;
+        }
         state
     }
 
@@ -173,6 +180,100 @@ impl Profile {
     /// Time at which everything is done, s.
     pub fn duration_s(&self) -> f64 {
         self.done_at_s
+    }
+}
+
+/// A move that an arm is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Move {
+    /// Up, off the stand.
+    Lift,
+    /// Sideways to the other stand, or back.
+    Carry,
+    /// Down onto a stand.
+    Lower,
+}
+
+/// Why an arm does not make a move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hindrance {
+    /// The last one has not ended.
+    Moving,
+    /// It is up already, and was to be lifted.
+    Up,
+    /// It is down, where it can neither be lowered nor go sideways.
+    Down,
+}
+
+/// An arm that is told each move when it is due. It begins at the origin, where the object is between the fingers.
+#[derive(Clone, Copy, Debug)]
+pub struct Led {
+    stage: Stage,
+}
+
+impl Led {
+    /// At rest.
+    pub fn new() -> Led {
+        Led {
+            stage: Stage {
+                phase: Phase::Grip,
+                start_s: 0.0,
+                from_m: [0.0; 3],
+                axis: 2,
+                sign: 1.0,
+                travel: Travel {
+                    jerk_m_s3: 0.0,
+                    ramp_s: 0.0,
+                    level_s: 0.0,
+                },
+            },
+        }
+    }
+
+    /// The arm at time `t_s`.
+    pub fn at(&self, t_s: f64) -> ArmState {
+        self.stage.at(t_s)
+    }
+
+    /// Whether it has not come to rest at `t_s`.
+    pub fn is_moving(&self, t_s: f64) -> bool {
+        t_s < self.stage.start_s + self.stage.travel.duration_s()
+    }
+
+    /// Begins a move at `t_s`, with the distances and limits of a task.
+    ///
+    /// # Errors
+    /// If the arm is elsewhere, or still moves; nothing is begun then.
+    pub fn begin(&mut self, t_s: f64, wanted: Move, task: &ArmTask) -> Result<(), Hindrance> {
+        if self.is_moving(t_s) {
+            return Err(Hindrance::Moving);
+        }
+        let from_m = self.at(t_s).position_m;
+        let is_up = from_m[2] > task.lift_m / 2.0;
+        let is_away = from_m[0] > task.carry_m / 2.0;
+        let (phase, axis, distance_m) = match (wanted, is_up) {
+            (Move::Lift, false) => (Phase::Lift, 2, task.lift_m),
+            (Move::Lift, true) => return Err(Hindrance::Up),
+            (Move::Carry | Move::Lower, false) => return Err(Hindrance::Down),
+            (Move::Carry, true) if is_away => (Phase::Carry, 0, -task.carry_m),
+            (Move::Carry, true) => (Phase::Carry, 0, task.carry_m),
+            (Move::Lower, true) => (Phase::Place, 2, -task.lift_m),
+        };
+        self.stage = Stage {
+            phase,
+            start_s: t_s,
+            from_m,
+            axis,
+            sign: distance_m.signum(),
+            travel: Travel::new(distance_m.abs(), task.acceleration_m_s2, task.jerk_ramp_s),
+        };
+        Ok(())
+    }
+}
+
+impl Default for Led {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -311,5 +412,45 @@ mod tests {
         );
         assert!(!asks(grip - 1e-3) && asks(grip));
         assert!(asks(release - 1e-3) && !asks(release));
+    }
+
+    #[test]
+    fn an_arm_that_is_led_goes_from_stand_to_stand_and_back() {
+        let task = ArmTask::default();
+        let mut arm = Led::new();
+        let mut t_s = 0.0;
+        let up = [0.0, 0.0, task.lift_m];
+        let over = [task.carry_m, 0.0, task.lift_m];
+        let there = [task.carry_m, 0.0, 0.0];
+        for (wanted, expected) in [
+            (Move::Lift, up),
+            (Move::Carry, over),
+            (Move::Lower, there),
+            (Move::Lift, over),
+            (Move::Carry, up),
+            (Move::Lower, [0.0; 3]),
+        ] {
+            arm.begin(t_s, wanted, &task).expect("a possible move");
+            assert!(arm.is_moving(t_s + 0.1));
+            t_s += 2.0;
+            assert!(!arm.is_moving(t_s));
+            let state = arm.at(t_s);
+            for (is, expected) in state.position_m.iter().zip(expected) {
+                assert!((is - expected).abs() < 1e-12, "{wanted:?}: {state:?}");
+            }
+            assert_eq!(state.velocity_m_s, [0.0; 3]);
+        }
+    }
+
+    #[test]
+    fn an_arm_that_is_led_begins_nothing_that_it_cannot_do() {
+        let task = ArmTask::default();
+        let mut arm = Led::new();
+        assert_eq!(arm.begin(0.0, Move::Carry, &task), Err(Hindrance::Down));
+        assert_eq!(arm.begin(0.0, Move::Lower, &task), Err(Hindrance::Down));
+        assert_eq!(arm.at(1.0).position_m, [0.0; 3]);
+        assert_eq!(arm.begin(1.0, Move::Lift, &task), Ok(()));
+        assert_eq!(arm.begin(1.1, Move::Carry, &task), Err(Hindrance::Moving));
+        assert_eq!(arm.begin(3.0, Move::Lift, &task), Err(Hindrance::Up));
     }
 }

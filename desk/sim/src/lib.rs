@@ -18,6 +18,8 @@ pub mod arm;
 pub mod silicone;
 pub mod world;
 
+pub mod bodies;
+
 pub mod plant;
 
 pub mod events;

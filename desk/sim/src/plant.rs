@@ -1,9 +1,6 @@
 //! The simulated gripper as seen by its controller: a DAC code in, ADC codes out.
 
-use std::f64::consts::TAU;
-
 use finger::grasp::Grasp;
-use finger::object::Object;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -12,13 +9,14 @@ use softgrip::units::{AdcCode, DacCode, Kilopascals, Microstrain, Volts};
 use softgrip::{FINGERS, RawFrame};
 
 use crate::air::{Lag, Swing, TICK_S, Valve};
-use crate::arm::{ArmState, Profile};
+use crate::arm::{ArmState, Led, Profile};
+use crate::bodies::world_config;
 use crate::fault::{self, FaultKind, Injected};
 use crate::gripper::Gripper;
 use crate::hand::Hand;
-use crate::scenario::{ObjectKind, Scenario};
+use crate::scenario::Scenario;
 use crate::silicone::{Creep, Silicone};
-use crate::world::{Finger, LINKS, Shape, World, WorldConfig};
+use crate::world::{LINKS, World};
 
 /// One 12-bit step of a left-aligned code.
 const ADC_STEP: f64 = 16.0;
@@ -79,56 +77,12 @@ pub struct Pins {
     pub supply: f64,
 }
 
-/// Fingers and object as the rigid-body engine knows them.
-pub fn world_config(
-    scenario: &Scenario,
-    gripper: &Gripper,
-    hand: &Hand,
-    grasp: &Grasp,
-) -> WorldConfig {
-    let parameters = &gripper.hand;
-    let fingers = std::array::from_fn(|i| {
-        let (chain, factor) = (&hand.chains[i], parameters.finger_stiffness[i]);
-        Finger {
-            length_m: chain.link_length_m,
-            mass_kg: chain.link_mass_kg,
-            stiffness_nm_rad: chain.joint_stiffness_nm_per_rad.map(|k| factor * k),
-            damping_s: 1e-3 * parameters.damping_ms,
-        }
-    });
-    let gripped = match scenario.object {
-        ObjectKind::Sphere => grasp.sphere,
-        ObjectKind::Cylinder => grasp.cylinder,
-    };
-    let shape = match gripped.object {
-        Object::Sphere { radius_m } => Shape::Sphere {
-            diameter_m: 2.0 * radius_m,
-        },
-        Object::Cylinder { radius_m, height_m } => Shape::Cylinder {
-            diameter_m: 2.0 * radius_m,
-            height_m,
-        },
-    };
-    WorldConfig {
-        fingers,
-        link_radius_m: grasp.link_radius_m,
-        palm_radius_m: grasp.palm_radius_m,
-        first_finger_rad: TAU * parameters.first_finger_deg / 360.0,
-        shape,
-        mass_kg: scenario.mass_kg,
-        grasp_depth_m: gripped.depth_m,
-        friction: scenario.friction,
-        sliding_friction: parameters.sliding_friction * scenario.friction,
-        carry_m: 1e-3 * gripper.arm.carry_mm,
-        fingers_touch: parameters.fingers_touch,
-        step_s: 1e-3 * gripper.world.step_ms,
-    }
-}
-
 /// The gripper, the object, the arm and the air.
 pub struct Plant {
     world: World,
     profile: Profile,
+    /// An arm that is told its moves, in place of the profile.
+    led: Option<Led>,
     gripper: Gripper,
     hand: Hand,
     front_end: FrontEnd,
@@ -162,6 +116,7 @@ impl Plant {
         Self {
             world: World::new(&config, profile.at(0.0).position_m),
             profile,
+            led: None,
             hand: hand.clone(),
             front_end: gripper.front_end(),
             noise_ue: scenario.noise_ue,
@@ -180,6 +135,18 @@ impl Plant {
             monitor_kpa: 0.0,
             faults: Vec::new(),
             gripper: gripper.clone(),
+        }
+    }
+
+    /// As [`Plant::new`], with the object between the fingers, under an arm that stands still until
+    /// it is told a move.
+    pub fn led(scenario: &Scenario, gripper: &Gripper, hand: &Hand, grasp: &Grasp) -> Self {
+        let arm = Led::new();
+        let config = world_config(scenario, gripper, hand, grasp);
+        Self {
+            world: World::new(&config, arm.at(0.0).position_m),
+            led: Some(arm),
+            ..Self::new(scenario, gripper, hand, grasp)
         }
     }
 
@@ -234,7 +201,7 @@ impl Plant {
     fn advance(&mut self, dac: DacCode) -> Truth {
         self.ticks += 1;
         let t_s = self.t_s();
-        let arm = self.profile.at(t_s);
+        let arm = self.arm_at(t_s);
         let inflated_kpa = self.inflate(dac);
         let torques = self.drive(inflated_kpa);
         self.move_world(&torques);
@@ -277,8 +244,36 @@ impl Plant {
         std::array::from_fn(|i| gain[i] * strain_ue[i] + offset_ue[i])
     }
 
-    fn t_s(&self) -> f64 {
+    /// Time since the start, s.
+    pub fn t_s(&self) -> f64 {
         self.ticks as f64 * TICK_S
+    }
+
+    fn arm_at(&self, t_s: f64) -> ArmState {
+        match &self.led {
+            Some(led) => led.at(t_s),
+            None => self.profile.at(t_s),
+        }
+    }
+
+    /// The arm that is led; none where it moves as planned.
+    pub fn arm_mut(&mut self) -> Option<&mut Led> {
+        self.led.as_mut()
+    }
+
+    /// The object and the ground.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// The injected faults, of which there may be more or fewer from the next tick on.
+    pub fn faults_mut(&mut self) -> &mut Vec<Injected> {
+        &mut self.faults
+    }
+
+    /// Sets the supply voltage, V.
+    pub fn set_supply(&mut self, supply_v: f64) {
+        self.gripper.regulator.supply_v = supply_v;
     }
 
     /// Whether a fault of this kind is active.
@@ -315,7 +310,8 @@ impl Plant {
         while (self.steps + 1) as f64 * step_ms <= self.ticks as f64 {
             self.steps += 1;
             let t_s = (self.steps as f64 * step_ms) * TICK_S;
-            self.world.step(torques_nm, self.profile.at(t_s).position_m);
+            let palm_m = self.arm_at(t_s).position_m;
+            self.world.step(torques_nm, palm_m);
         }
     }
 

@@ -211,6 +211,11 @@ impl Setup {
         Plant::new(&self.scenario, &self.gripper, &self.hand(), &self.grasp)
     }
 
+    /// The gripper around the object, under an arm that is led.
+    pub fn plant_at_object(&self) -> Plant {
+        Plant::led(&self.scenario, &self.gripper, &self.hand(), &self.grasp)
+    }
+
     /// Position and size of the gripped object.
     pub fn gripped(&self) -> Gripped {
         match self.scenario.object {

@@ -25,6 +25,8 @@ pub struct World {
     ground: RigidBodyHandle,
     /// The object's first place in the palm's frame while the arm is at its origin.
     place_m: Vector,
+    /// How far the ground has been lowered under the object, m.
+    lowered_m: f64,
     /// Position of the palm now and one step ago.
     palm_m: [Vector; 2],
     friction: Friction,
@@ -68,6 +70,7 @@ impl World {
             object_collider,
             ground,
             place_m,
+            lowered_m: 0.0,
             palm_m: [palm_m; 2],
             friction: Friction {
                 at_rest: config.friction,
@@ -89,7 +92,8 @@ impl World {
         self.palm_m = [next, now];
 
         self.rapier.gravity = -GRAVITY_M_S2 * Vector::Z - acceleration;
-        self.rapier.bodies[self.ground].set_next_kinematic_translation(self.place_m - next);
+        let ground_m = self.place_m - next - self.lowered_m * Vector::Z;
+        self.rapier.bodies[self.ground].set_next_kinematic_translation(ground_m);
         for (links, torques) in self.fingers.iter().zip(torques_nm) {
             for (link, torque) in links.iter().zip(torques) {
                 let joints = &mut self.rapier.multibody_joints;
@@ -111,6 +115,28 @@ impl World {
         let object = &mut self.rapier.bodies[self.object];
         object.reset_forces(true);
         object.add_force(Vector::from(force_n), true);
+    }
+
+    /// Puts the object on its first stand, at rest, wherever it was. The fingers must be out of its way.
+    pub fn place_object(&mut self) {
+        self.lowered_m = 0.0;
+        let pose = Pose::from_translation(self.place_m - self.palm_m[0]);
+        let object = &mut self.rapier.bodies[self.object];
+        object.set_enabled(true);
+        object.reset_forces(true);
+        object.set_position(pose, true);
+        object.set_linvel(Vector::ZERO, true);
+        object.set_angvel(Vector::ZERO, true);
+    }
+
+    /// Takes the object out of the world.
+    pub fn remove_object(&mut self) {
+        self.rapier.bodies[self.object].set_enabled(false);
+    }
+
+    /// Lowers the ground by this, m, until the object is placed anew: what is not held falls.
+    pub fn lower_ground(&mut self, by_m: f64) {
+        self.lowered_m = by_m;
     }
 
     /// Angle of every joint, inward positive, rad.
