@@ -258,7 +258,7 @@ fn wrong_options_are_refused_with_what_would_be_right() {
     );
     refused(
         &["sim", "--fault", "gauge-open@1s"],
-        &["a finger from 1 to 3", "gauge-open:2@1s"],
+        &["a finger from 1 to 3", "as in gauge-open:2"],
     );
     refused(
         &["sim", "--fault", "leak@100s"],

@@ -81,7 +81,27 @@ pub fn cause(cause: LossCause) -> &'static str {
     }
 }
 
-/// The event's name on every wire.
+/// Every event's name.
+pub const NAMES: [&str; 16] = [
+    "contact",
+    "holding",
+    "empty",
+    "slip",
+    "lost",
+    "regripping",
+    "released",
+    "air_loss",
+    "fault",
+    "refused",
+    "regulator",
+    "tared",
+    "swept",
+    "tare_due",
+    "acknowledged",
+    "clock_internal",
+];
+
+/// The event's name on every wire, one of [`NAMES`].
 pub fn name(event: &Event) -> &'static str {
     match event {
         Event::Contact { .. } => "contact",

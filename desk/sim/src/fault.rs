@@ -175,26 +175,7 @@ impl FromStr for Injected {
         let (what, when) = text
             .split_once('@')
             .context("must say when, as in tube-burst@1.5s or tube-burst@1.5s..2s")?;
-        let (name, finger) = match what.split_once(':') {
-            Some((name, finger)) => (name, Some(finger)),
-            None => (what, None),
-        };
-        let kind = FaultKind::ALL
-            .into_iter()
-            .find(|kind| kind.name() == name)
-            .with_context(|| format!("{name:?}: must be one of {}", FaultKind::names()))?;
-        let finger = match (kind.has_finger(), finger) {
-            (false, None) => None,
-            (false, Some(_)) => anyhow::bail!("{kind} is about no finger: must be {kind}@{when}"),
-            (true, finger) => {
-                let number = finger.and_then(|finger| finger.parse().ok());
-                let number = number.filter(|number| (1..=FINGERS).contains(number));
-                let number = number.with_context(|| {
-                    format!("must name a finger from 1 to {FINGERS}, as in {kind}:2@{when}")
-                })?;
-                Some(number - 1)
-            }
-        };
+        let (kind, finger) = named(what)?;
         let (from_s, until_s) = match when.split_once("..") {
             Some((from, until)) => (seconds(from)?, seconds(until)?),
             None => (seconds(when)?, f64::INFINITY),
@@ -209,6 +190,33 @@ impl FromStr for Injected {
             from_s,
             until_s,
         })
+    }
+}
+
+/// Kind and finger of a fault that is written without its times, as `gauge-open:2`.
+///
+/// # Errors
+/// If there is no such kind, or it is about one finger and names none, or the other way round.
+pub fn named(text: &str) -> anyhow::Result<(FaultKind, Option<usize>)> {
+    let (name, finger) = match text.split_once(':') {
+        Some((name, finger)) => (name, Some(finger)),
+        None => (text, None),
+    };
+    let kind = FaultKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == name)
+        .with_context(|| format!("{name:?}: must be one of {}", FaultKind::names()))?;
+    match (kind.has_finger(), finger) {
+        (false, None) => Ok((kind, None)),
+        (false, Some(_)) => anyhow::bail!("{text:?}: is about no finger: must be {kind}"),
+        (true, finger) => {
+            let number = finger.and_then(|finger| finger.parse().ok());
+            let number = number.filter(|number| (1..=FINGERS).contains(number));
+            let number = number.with_context(|| {
+                format!("{text:?}: must name a finger from 1 to {FINGERS}, as in {kind}:2")
+            })?;
+            Ok((kind, Some(number - 1)))
+        }
     }
 }
 
@@ -258,11 +266,11 @@ mod tests {
             ),
             (
                 "gauge-open@1s",
-                "a finger from 1 to 3, as in gauge-open:2@1s",
+                "\"gauge-open\": must name a finger from 1 to 3, as in gauge-open:2",
             ),
             ("gauge-open:0@1s", "a finger from 1 to 3"),
             ("gauge-open:4@1s", "a finger from 1 to 3"),
-            ("leak:1@1s", "leak is about no finger: must be leak@1s"),
+            ("leak:1@1s", "\"leak:1\": is about no finger: must be leak"),
             (
                 "leak@1.5",
                 "\"1.5\": must be a time from the start, as in 1.5s",
