@@ -36,6 +36,11 @@ enum Action {
     Evaluate(commands::evaluate::EvaluateArgs),
     /// Runs a grid or a random sample over any parameters of the simulated gripper.
     Sweep(commands::sweep::SweepArgs),
+    /// Serves a virtual gripper that a robot's program finds as if it were a real one (Modbus RTU).
+    ///
+    /// Simulated gripper and controller run in real time behind a pseudo-terminal or a TCP port until Ctrl-C.
+    #[cfg(unix)]
+    Serve(commands::serve::ServeArgs),
     /// Runs a recorded trace (CSV) through the real controller and prints what it reports.
     Replay(commands::replay::ReplayArgs),
     /// Prints the table of a finger, compared with the paper's numbers.
@@ -63,6 +68,8 @@ fn main() -> ExitCode {
         Action::Gauge(args) => commands::gauge::run(&args),
         Action::Evaluate(args) => commands::evaluate::run(&args),
         Action::Sweep(args) => commands::sweep::run(&args),
+        #[cfg(unix)]
+        Action::Serve(args) => commands::serve::run(&args),
         Action::Replay(args) => commands::replay::run(&args),
         Action::Table(args) => commands::table::run(&args),
         Action::Section(args) => commands::section::run(&args),

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 12] = [
+const INTERNAL: [(&str, &[&str]); 13] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &[]),
     ("finger", &["softgrip-table"]),
@@ -18,6 +18,7 @@ const INTERNAL: [(&str, &[&str]); 12] = [
     ("softgrip-bus", &["softgrip"]),
     ("softgrip-fw", &["softgrip"]),
     ("softgrip-sim", &["finger", "softgrip"]),
+    ("softgrip-serve", &["bus", "sim", "softgrip"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
         "softgrip-evaluate",
@@ -27,7 +28,8 @@ const INTERNAL: [(&str, &[&str]); 12] = [
     (
         "softgrip-cli",
         &[
-            "bus", "evaluate", "finger", "report", "settings", "sim", "softgrip", "studies",
+            "bus", "evaluate", "finger", "report", "serve", "settings", "sim", "softgrip",
+            "studies",
         ],
     ),
     ("softgrip-hil", &["finger", "report", "sim", "softgrip"]),

@@ -21,6 +21,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
         "kind = 'grid'\n[fixed.arm]\nlift_mm = 20\ncarry_mm = 20\n[vary]\nobject = ['sphere']\n",
     );
     let settings = put("settings.toml", "version = 1\n");
+    let end = put("end.toml", "[[step]]\nend = true\n");
     let (out, joined, swept) = (path("out"), path("joined"), path("swept.toml"));
     let section = [
         "section",
@@ -38,6 +39,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
     for args in [
         &["--help"][..],
         &["sim", "--accel", "5", "--out", &out],
+        &["serve", "--script", &end],
         &["replay", &trace],
         &["replay", &trace, "--json"],
         &["table"],

@@ -9,6 +9,8 @@ pub mod output;
 pub mod registers;
 pub mod replay;
 pub mod section;
+#[cfg(unix)]
+pub mod serve;
 pub mod settings;
 pub mod sim;
 pub mod study;
