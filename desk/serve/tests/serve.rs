@@ -90,6 +90,23 @@ fn what_is_no_request_is_answered_with_an_exception_or_not_at_all_and_the_next_o
 }
 
 #[test]
+fn a_flood_of_rubbish_stops_nothing() {
+    let rubbish: Vec<u8> = (0..997_u32).map(|n| (n * n * 31 + n) as u8).collect();
+    let (on_tcp, tcp) = on_tcp("");
+    let on_tty = on_tty();
+    let tty = tty(&on_tty.name);
+    for (gripper, mut way) in [(on_tcp, tcp), (on_tty, tty)] {
+        way.write([0, 3, 0]);
+        let taken = way.flood(&rubbish, Duration::from_secs(1));
+        assert!(taken > 100_000, "{taken}");
+        way.write([0, 4, 0]);
+        assert_eq!(way.read(0x07D1), 4);
+        let (_, summary) = gripper.end();
+        assert!(summary.ticks > 500, "{summary:?}");
+    }
+}
+
+#[test]
 fn two_requests_in_one_piece_are_both_answered_and_one_in_two_pieces_is_too() {
     let (gripper, mut way) = on_tcp("");
     let mut both = write([0, 11, 0]);

@@ -112,16 +112,43 @@ pub fn tcp(address: &str) -> Way {
 }
 
 impl Way {
-    /// Sends bytes as they are.
+    /// Sends bytes as they are, once there is room for them.
     pub fn send(&mut self, bytes: &[u8]) {
+        let end = Instant::now() + LONG;
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            rest = &rest[self.write_some(rest)..];
+            assert!(Instant::now() < end, "no room");
+        }
+    }
+
+    /// Writes what there is room for.
+    fn write_some(&mut self, bytes: &[u8]) -> usize {
         let sent = match self {
             Self::Tty(file) => file.write(bytes),
             Self::Tcp(stream) => stream.write(bytes),
         };
-        assert_eq!(sent.expect("room"), bytes.len());
+        match sent {
+            Ok(count) => count,
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                thread::sleep(Duration::from_micros(200));
+                0
+            }
+            Err(error) => panic!("{error}"),
+        }
     }
 
-    /// So many bytes, or what has come after a long time.
+    /// Sends bytes again and again for so long, as fast as they are taken; how many.
+    pub fn flood(&mut self, bytes: &[u8], time: Duration) -> usize {
+        let end = Instant::now() + time;
+        let mut taken = 0;
+        while Instant::now() < end {
+            taken += self.write_some(bytes);
+        }
+        taken
+    }
+
+    /// So many bytes, or what has come within a time.
     pub fn receive(&mut self, count: usize, within: Duration) -> Vec<u8> {
         let end = Instant::now() + within;
         let mut received = Vec::new();
