@@ -3,7 +3,7 @@
 use embedded_storage::nor_flash::ReadNorFlash;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::{Memory, Phase, WORDS, load, store};
+use super::layout::{Memory, Phase, WORDS, load, store};
 use crate::checksum::checksum;
 
 /// Bytes of a word.

@@ -1,8 +1,7 @@
 //! What stands in a black box, tick by tick.
 
-use super::{
-    BLOCK, BLOCK_HEAD, BLOCKS, CHANNELS, Codes, HEAD, MOST_ONES, Predictor, UNUSED, WHOLE,
-};
+use super::layout::{BLOCK, BLOCK_HEAD, BLOCKS, CHANNELS, Codes, HEAD, UNUSED};
+use super::rice::{MOST_ONES, Predictor, WHOLE};
 
 /// One tick of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,7 +116,8 @@ impl Bits<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::blackbox::{Memory, Phase, Recorder, WORDS};
+    use crate::blackbox::layout::{Memory, Phase, WORDS};
+    use crate::blackbox::recorder::Recorder;
     use crate::condition::RawFrame;
     use crate::event::Event;
     use crate::fault::Fault;

@@ -16,7 +16,7 @@ const INTERNAL: [(&str, &[&str]); 13] = [
         &["finger", "softgrip-settings", "softgrip-table"],
     ),
     ("softgrip-bus", &["softgrip"]),
-    ("softgrip-fw", &["softgrip"]),
+    ("softgrip-fw", &["softgrip", "softgrip-bus"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-serve", &["bus", "sim", "softgrip"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
@@ -32,7 +32,10 @@ const INTERNAL: [(&str, &[&str]); 13] = [
             "studies",
         ],
     ),
-    ("softgrip-hil", &["finger", "report", "sim", "softgrip"]),
+    (
+        "softgrip-hil",
+        &["finger", "report", "sim", "softgrip", "softgrip-bus"],
+    ),
 ];
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
