@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import re
@@ -9,6 +10,7 @@ import signal
 import subprocess
 import threading
 import time
+from collections.abc import Iterator
 
 ROOT = pathlib.Path(__file__).parent.parent
 
@@ -67,10 +69,16 @@ class Virtual:
         for text in texts:
             assert any(text in line for line in lines), f"{text!r} is not there in order: {self.lines}"
 
-    @property
-    def process_id(self) -> int:
-        """The process, to be stopped and continued."""
-        return self._process.pid
+    @contextlib.contextmanager
+    def paused(self) -> Iterator[None]:
+        """Keeps it from running meanwhile, as a busy machine does."""
+        self._process.send_signal(signal.SIGSTOP)
+        # It may run on for a moment.
+        os.waitid(os.P_PID, self._process.pid, os.WSTOPPED)
+        try:
+            yield
+        finally:
+            self._process.send_signal(signal.SIGCONT)
 
     def stop(self) -> None:
         """Ends it as Ctrl-C does, and checks that it ends well; once."""

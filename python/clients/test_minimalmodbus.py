@@ -5,11 +5,11 @@ from compatible import ACT, ATR, GTO, REQUEST, STATUS, Shown
 from virtual import until
 
 
-def test_it_loses_what_it_carries_and_knows(story):
+def test_it_loses_what_it_carries_and_knows(patient, story):
     gripper = minimalmodbus.Instrument(story.port, 9)
     gripper.serial.baudrate = 115_200
     # 0.05 s are its default, and too few where other things run on this machine.
-    gripper.serial.timeout = 2.0
+    gripper.serial.timeout = 0.5
 
     def shown() -> Shown:
         return Shown.of(gripper.read_registers(STATUS, 3, functioncode=4))

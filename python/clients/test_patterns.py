@@ -1,9 +1,5 @@
 """What drivers do that cannot be installed here, frame by frame, as their sources say."""
 
-import os
-import signal
-import time
-
 from compatible import ACT, ATR, GTO, Raw, pause, read_frame
 from virtual import until
 
@@ -130,12 +126,11 @@ def test_a_late_answer_is_not_sent_to_a_client_that_has_given_up(serve, tmp_path
     virtual = serve("--tty", str(tmp_path / "gripper"))
     client = Raw(virtual.port)
     client.write([0, 77, 0])
-    os.kill(virtual.process_id, signal.SIGSTOP)
-    client.line.write(read_frame(6))
-    assert client.line.read(17) == b""
-    time.sleep(0.2)
-    os.kill(virtual.process_id, signal.SIGCONT)
-    time.sleep(0.5)
+    with virtual.paused():
+        client.line.write(read_frame(6))
+        assert client.line.read(17) == b""
+        pause(200)
+    pause(500)
     assert client.line.in_waiting == 0
     for position in (20, 90, 250):
         client.write([0, position, 0])
@@ -149,10 +144,9 @@ def test_a_request_that_waits_for_a_moment_is_answered(serve, tmp_path):
     client.read(6)
 
     def is_answered() -> bool:
-        os.kill(virtual.process_id, signal.SIGSTOP)
-        client.line.write(read_frame(6))
-        pause(40)
-        os.kill(virtual.process_id, signal.SIGCONT)
+        with virtual.paused():
+            client.line.write(read_frame(6))
+            pause(40)
         return len(client.line.read(17)) == 17
 
     # On a machine that makes 100 ms of 40 it is right not to answer.

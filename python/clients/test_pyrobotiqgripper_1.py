@@ -4,7 +4,7 @@ import pyrobotiqgripper
 from virtual import until
 
 
-def test_it_loses_what_it_carries_and_knows(story):
+def test_it_loses_what_it_carries_and_knows(patient, story):
     gripper = pyrobotiqgripper.RobotiqGripper(story.port)
     # Its search for a gripper wants this echo before any activation.
     gripper.write_registers(1000, [0, 100, 0])

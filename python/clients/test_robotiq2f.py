@@ -4,12 +4,12 @@ import robotiq2f.robotiq2f as driver
 from virtual import until
 
 
-def test_it_loses_what_it_carries_and_knows(story, monkeypatch):
+def test_it_loses_what_it_carries_and_knows(patient, story, monkeypatch):
     # It looks for an adapter by its serial number.
     monkeypatch.setattr(driver.LinuxFindTTYWithSerialNumber, "find", lambda *_: story.port)
     gripper = driver.Robotiq2F85("any", async_control=False)
     # 0.05 s are its default, and too few where other things run on this machine.
-    gripper.client.serial.timeout = 2.0
+    gripper.client.serial.timeout = 0.5
 
     gripper.reset()
     assert gripper.is_activated and not gripper.in_fault
