@@ -16,9 +16,11 @@ const ACTIVATE: u8 = 1 << 0;
 const GO_TO: u8 = 1 << 3;
 const AUTOMATIC_RELEASE: u8 = 1 << 4;
 
-/// Position requests up to this release: gPO shows no less for open fingers.
-const OPEN: u8 = 3;
-/// What gPO shows for closed ones, as on a 2F-85: drivers map 3 to 230 to their stroke.
+/// Position requests up to this release. It is what robotiq2f makes of the whole stroke; the pressure that so small a bend
+/// takes holds nothing.
+const RELEASES: u8 = 12;
+/// What gPO shows for open and for closed fingers, as on a 2F-85: drivers map that to their stroke.
+const OPEN: f32 = 3.0;
 const CLOSED: f32 = 230.0;
 
 /// An activation shows for this long at least: a driver that polls ten times a second sees it …
@@ -184,7 +186,7 @@ impl Compatible {
         let goes = wanted & GO_TO != 0;
         match self.phase {
             // What is open is where it is to go.
-            Phase::Activating => self.due = goes && self.position() > OPEN,
+            Phase::Activating => self.due = goes && self.position() > RELEASES,
             Phase::Active if goes => {
                 if risen & GO_TO != 0 || self.position() != position {
                     self.go(fingers, wishes);
@@ -220,7 +222,7 @@ impl Compatible {
         }
         self.hurry(speed, wishes);
         let command = match self.position() {
-            ..=OPEN => Command::Release,
+            ..=RELEASES => Command::Release,
             position => {
                 let pressure = fingers.pressure(position, force);
                 Command::Grip(Grip::Pressure(pressure))
@@ -342,12 +344,11 @@ fn is_inflated(status: &Status) -> bool {
 
 /// gPO.
 fn position(status: &Status, fingers: &Fingers) -> u8 {
-    let open = f32::from(OPEN);
     let bend = status.snapshot.bend.0 / fingers.full_bend().0;
     // A bend that is no number shows as open.
     let share = match bend > 0.0 {
         true => bend.clamp(0.0, 1.0),
         false => 0.0,
     };
-    (open + (CLOSED - open) * share + 0.5) as u8
+    (OPEN + (CLOSED - OPEN) * share + 0.5) as u8
 }

@@ -229,7 +229,7 @@ const fn at(
 #[rustfmt::skip]
 pub const REGISTERS: [Register; 54] = [
     at(0x03E8, Item::Action, "action", "", "Upper byte: rACT bit 0, rGTO bit 3, rATR bit 4, rARD bit 5; lower byte: nothing"),
-    at(0x03E9, Item::Position, "position request", "", "Lower byte: rPR, 0 open to 255 full bend; 3 and less release"),
+    at(0x03E9, Item::Position, "position request", "", "Lower byte: rPR, 0 open to 255 full bend; 12 and less release"),
     at(0x03EA, Item::SpeedForce, "speed and force", "", "Upper byte: rSP, share of the slew, 0 a tenth to 255 all; lower byte: rFR, limit of the pressure, 0 half to 255 all of the highest"),
     at(0x07D0, Item::Status, "gripper status", "", "Upper byte: gACT bit 0, gGTO bit 3, gSTA bits 4 and 5, gOBJ bits 6 and 7"),
     at(0x07D1, Item::FaultEcho, "fault and position echo", "", "Upper byte: gFLT; lower byte: gPR, which is rPR"),
@@ -265,7 +265,7 @@ pub const REGISTERS: [Register; 54] = [
     at(0x1031, Item::LossOnset, "loss began", "ms", "When its fall began, as uptime"),
     at(0x1033, Item::LossFlagged, "loss reported", "ms", "When it was reported, as uptime"),
     at(0x1035, Item::LossLatency, "loss latency", "0.1 ms", "From the one to the other"),
-    at(0x1036, Item::LossEvidence, "loss evidence", "0.1 %", "How far the residual of each finger had fallen, of its plateau"),
+    at(0x1036, Item::LossEvidence, "loss evidence", "0.1 %", "How far the residual of each finger had fallen, of its plateau; less than 0 where it had risen"),
 
     at(0x1040, Item::Requests, "requests", "", "Valid requests since the start, broadcast ones too; it wraps, as all counters do"),
     at(0x1042, Item::Exceptions, "exceptions", "", "Requests that were answered with an exception"),

@@ -406,3 +406,23 @@ fn an_answer_whose_tick_comes_late_is_not_sent() {
         bus.shown();
     }
 }
+
+#[test]
+fn what_a_driver_takes_for_fully_open_releases_and_is_no_loss() {
+    // robotiq2f writes 12 for 85 mm.
+    for position in [0, 3, 12] {
+        let mut bus = Bus::activated(Settings::default());
+        bus.board.grip = [1.0; 3];
+        bus.go(255);
+        bus.run(1_500);
+        assert_eq!(bus.shown().obj, 2);
+        bus.go(position);
+        for ms in 0..400 {
+            bus.board.grip = [1.0 - ms as f32 / 400.0; 3];
+            bus.run(1);
+        }
+        bus.run(1_500);
+        assert_eq!(bus.board.state(), State::Idle, "{position}");
+        assert_eq!(bus.read_one(0x1030), 0, "{position}");
+    }
+}
