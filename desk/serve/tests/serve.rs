@@ -58,7 +58,7 @@ fn what_is_no_request_is_answered_with_an_exception_or_not_at_all_and_the_next_o
     for (pdu, exception) in [
         (&[5, 0, 0, 0xff, 0][..], 1),
         (&[43, 14, 1, 0], 1),
-        (&[3, 0x30, 0, 0, 1], 2),
+        (&[3, 0x40, 0, 0, 1], 2),
         (&[3, 0x07, 0xD0, 0, 7], 2),
         (&[6, 0x07, 0xD0, 0, 1], 2),
         (&[16, 0x03, 0xE8, 0, 4, 8, 0, 0, 0, 0, 0, 0, 0, 0], 2),

@@ -112,5 +112,5 @@ fn looking_at_a_register_is_no_request() {
     }
     write(&mut twin, [0, 0, 0]);
     assert_eq!(twin.register(0x1041), requests.map(|count| count + 1));
-    assert_eq!(twin.register(0x3000), None);
+    assert_eq!(twin.register(0x4000), None);
 }
