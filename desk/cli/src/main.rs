@@ -41,6 +41,9 @@ enum Action {
     /// Simulated gripper and controller run in real time behind a pseudo-terminal or a TCP port until Ctrl-C.
     #[cfg(unix)]
     Serve(commands::serve::ServeArgs),
+    /// Reads what a gripper has kept of the seconds before its first loss or fault.
+    #[cfg(unix)]
+    Blackbox(commands::blackbox::BlackboxArgs),
     /// Runs a recorded trace (CSV) through the real controller and prints what it reports.
     Replay(commands::replay::ReplayArgs),
     /// Prints the table of a finger, compared with the paper's numbers.
@@ -70,6 +73,8 @@ fn main() -> ExitCode {
         Action::Sweep(args) => commands::sweep::run(&args),
         #[cfg(unix)]
         Action::Serve(args) => commands::serve::run(&args),
+        #[cfg(unix)]
+        Action::Blackbox(args) => commands::blackbox::run(&args),
         Action::Replay(args) => commands::replay::run(&args),
         Action::Table(args) => commands::table::run(&args),
         Action::Section(args) => commands::section::run(&args),

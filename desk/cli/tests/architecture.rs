@@ -18,7 +18,7 @@ const INTERNAL: [(&str, &[&str]); 13] = [
     ("softgrip-bus", &["softgrip"]),
     ("softgrip-fw", &["softgrip", "softgrip-bus"]),
     ("softgrip-sim", &["finger", "softgrip"]),
-    ("softgrip-serve", &["bus", "sim", "softgrip"]),
+    ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
         "softgrip-evaluate",

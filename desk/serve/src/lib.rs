@@ -18,6 +18,9 @@ pub mod port;
 
 pub mod script;
 
+pub mod master;
+pub mod readout;
+
 pub mod play;
 
 pub mod twin;

@@ -1,5 +1,7 @@
 //! The subcommands: their arguments, progress and exit status.
 
+#[cfg(unix)]
+pub mod blackbox;
 pub mod calibrate;
 pub mod capability;
 pub mod evaluate;

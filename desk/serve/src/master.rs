@@ -1,0 +1,176 @@
+//! The other end of the line: a master that reads and writes a gripper's registers, a real one's or the virtual one's.
+
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{Context, bail, ensure};
+use bus::modbus::{MOST_READ, crc};
+use rustix::fs::OFlags;
+use rustix::termios::{
+    OptionalActions, QueueSelector, SpecialCodeIndex, tcflush, tcgetattr, tcsetattr,
+};
+
+/// An answer takes no longer.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// The same in tenths of a second, for a terminal.
+const PATIENCE_TENTHS: u8 = 10;
+/// A request is sent so often before the gripper is given up.
+const TRIES: u32 = 3;
+
+enum Line {
+    Tty(File),
+    Tcp(TcpStream),
+}
+
+/// A master, and the slave that it calls.
+pub struct Master {
+    line: Line,
+    name: String,
+    id: u8,
+}
+
+impl Master {
+    /// Opens a serial port, or a pseudo-terminal.
+    ///
+    /// # Errors
+    /// If it is not there, is none, or does not go at this rate.
+    pub fn open(path: &Path, baud: u32, id: u8) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let mut options = OpenOptions::new();
+        options.custom_flags(OFlags::NOCTTY.bits().cast_signed());
+        let file = options.read(true).write(true).open(path);
+        let file = file.with_context(|| format!("{name}: cannot open"))?;
+        let mut attributes =
+            tcgetattr(&file).with_context(|| format!("{name}: not a serial port"))?;
+        attributes.make_raw();
+        attributes.special_codes[SpecialCodeIndex::VMIN] = 0;
+        attributes.special_codes[SpecialCodeIndex::VTIME] = PATIENCE_TENTHS;
+        attributes
+            .set_speed(baud)
+            .and_then(|()| tcsetattr(&file, OptionalActions::Now, &attributes))
+            .with_context(|| format!("{name}: does not go at {baud} baud"))?;
+        Ok(Self {
+            line: Line::Tty(file),
+            name,
+            id,
+        })
+    }
+
+    /// Connects to RTU frames over TCP.
+    ///
+    /// # Errors
+    /// If nobody listens there.
+    pub fn connect(address: &str, id: u8) -> anyhow::Result<Self> {
+        let stream = TcpStream::connect(address)
+            .with_context(|| format!("{address}: nobody serves there"))?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.set_nodelay(true)?;
+        Ok(Self {
+            line: Line::Tcp(stream),
+            name: address.into(),
+            id,
+        })
+    }
+
+    /// Reads registers, as many as there are.
+    ///
+    /// # Errors
+    /// If the gripper does not answer, or has no such registers.
+    pub fn read(&mut self, from: u16, count: u16) -> anyhow::Result<Vec<u16>> {
+        let mut registers = Vec::new();
+        while registers.len() < usize::from(count) {
+            let at = from + registers.len() as u16;
+            let some = (count - registers.len() as u16).min(MOST_READ);
+            let [a, b, c, d] = words([at, some]);
+            let answer = self.ask(&[3, a, b, c, d], 5 + 2 * usize::from(some))?;
+            let (pairs, _) = answer[3..answer.len() - 2].as_chunks::<2>();
+            registers.extend(pairs.iter().map(|pair| u16::from_be_bytes(*pair)));
+        }
+        Ok(registers)
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// If the gripper does not answer, or does not take the value.
+    pub fn write(&mut self, address: u16, value: u16) -> anyhow::Result<()> {
+        let [a, b, c, d] = words([address, value]);
+        self.ask(&[6, a, b, c, d], 8)?;
+        Ok(())
+    }
+
+    /// The answer to a request, of this length.
+    fn ask(&mut self, request: &[u8], length: usize) -> anyhow::Result<Vec<u8>> {
+        let mut frame = vec![self.id];
+        frame.extend(request);
+        frame.extend(crc(&frame).to_le_bytes());
+        for _ in 0..TRIES {
+            let answer = self.exchange(&frame, length);
+            let answer = answer.with_context(|| format!("{}: the line is gone", self.name))?;
+            if answer.len() >= 5 && answer[0] == self.id && crc(&answer) == 0 {
+                if answer[1] == request[0] {
+                    return Ok(answer);
+                }
+                let address = u16::from_be_bytes([request[1], request[2]]);
+                bail!(
+                    "{}: the gripper refuses register {address:#06x} with exception {:02}",
+                    self.name,
+                    answer[2]
+                );
+            }
+        }
+        bail!(
+            "{}: no answer from id {}; check power, wiring, id and baud rate",
+            self.name,
+            self.id
+        );
+    }
+
+    /// Sends a frame, and receives so many bytes, an exception, or what has come when nothing more does.
+    fn exchange(&mut self, frame: &[u8], length: usize) -> anyhow::Result<Vec<u8>> {
+        match &mut self.line {
+            Line::Tty(file) => {
+                tcflush(&*file, QueueSelector::IFlush)?;
+                file.write_all(frame)?;
+            }
+            Line::Tcp(stream) => stream.write_all(frame)?,
+        }
+        let mut answer = Vec::new();
+        let mut bytes = [0; 256];
+        loop {
+            let is_exception = answer.get(1).is_some_and(|code| code & 0x80 != 0);
+            let wanted = if is_exception { 5 } else { length };
+            if answer.len() >= wanted {
+                return Ok(answer);
+            }
+            let room = &mut bytes[..wanted - answer.len()];
+            let read = match &mut self.line {
+                Line::Tty(file) => file.read(room),
+                Line::Tcp(stream) => stream.read(room),
+            };
+            match read {
+                // A terminal's patience ends so; a connection that has ended says so, too.
+                Ok(0) => {
+                    ensure!(matches!(self.line, Line::Tty(_)), "it was closed");
+                    return Ok(answer);
+                }
+                Ok(count) => answer.extend(&bytes[..count]),
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
+                {
+                    return Ok(answer);
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+}
+
+fn words([first, second]: [u16; 2]) -> [u8; 4] {
+    let ([a, b], [c, d]) = (first.to_be_bytes(), second.to_be_bytes());
+    [a, b, c, d]
+}
