@@ -116,6 +116,8 @@ const ALWAYS: [bool; 7] = [true; 7];
 const INFLATED: [bool; 7] = [false, true, true, true, true, true, true];
 /// Elsewhere the same leak is a regulator that does not follow.
 const HELD: [bool; 7] = [false, false, true, false, false, false, true];
+/// Fingers that are open or opening wait for nobody.
+const CLOSED: [bool; 7] = [false, true, true, true, true, false, true];
 const AT_START: [bool; 7] = [false; 7];
 
 /// What every fault does, in the order of their numbers.
@@ -142,7 +144,7 @@ pub const RULES: [Rule; 19] = [
     // What is measured and what is commanded are in doubt.
     row(Fault::RailOff,          20, SafeOutput::Vent, false, true, ALWAYS),
     row(Fault::Stopped,           1, SafeOutput::AsSet, true, true, ALWAYS),
-    row(Fault::HostSilent,        1, SafeOutput::AsSet, true, true, ALWAYS),
+    row(Fault::HostSilent,        1, SafeOutput::AsSet, true, true, CLOSED),
     row(Fault::SettingsInvalid,   1, SafeOutput::Vent, false, false, AT_START),
     row(Fault::Internal,          1, SafeOutput::Vent, false, true, AT_START),
 ];

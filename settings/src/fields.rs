@@ -43,7 +43,7 @@ pub const FIELDS: [Field; 59] = [
     of(402, "grip.lift_margin_percent", "%", 0.0, 1_000.0, 20.0, "Lift that a grip for a payload must have beyond the payload's load"),
     of(403, "grip.not_following_ms", "ms", 10.0, 10_000.0, 300.0, "A longer deviation of the pressure from what the command should give is a fault"),
     of(404, "grip.supply_min_v", "V", 0.0, 30.0, 20.4, "Lowest supply voltage"),
-    of(405, "grip.host_timeout_ms", "ms", 0.0, 60_000.0, 0.0, "The robot must say something this often; 0 if it need not"),
+    of(405, "grip.host_timeout_ms", "ms", 0.0, 60_000.0, 0.0, "The robot must say something this often while the fingers are closed or closing; 0 if it need not"),
     choice(406, "grip.on_fault", &["vent", "hold"], 1, "What the outputs do in a fault that leaves a choice"),
     choice(407, "grip.on_loss", &["hold", "vent", "regrip"], 0, "What the fingers do once the object is gone"),
     of(408, "grip.regrip_raise_kpa", "kPa", 0.0, 1_000.0, 20.0, "How much harder they close then, as far as the limit allows"),

@@ -80,8 +80,10 @@ impl Supervisor {
         if situation.air.deviating_us >= active.not_following_us {
             return Some(Fault::NotFollowing);
         }
+        // Open fingers, and those that open, harm nobody: a robot that is off, or starts later, is no fault.
+        let waits = !matches!(self.state, State::Idle | State::Releasing { .. });
         let silent_us = self.heard.map_or(0, |heard| now.micros_since(heard));
-        if active.host_timeout_us.is_some_and(|most| silent_us > most) {
+        if waits && active.host_timeout_us.is_some_and(|most| silent_us > most) {
             return Some(Fault::HostSilent);
         }
         // Two fingers still tell a loss; one cannot tell a loss from a shift of the load.

@@ -227,10 +227,10 @@ fn walk(fault: Fault, place: Place, on_fault: OnFault) {
     for _ in 0..most.max(300) + 100 {
         board.step(said);
     }
-    // Without pressure, an empty hose and a dead wire look like what they should; and a step has been
-    // made once and for all.
+    // Without pressure, an empty hose and a dead wire look like what they should, and nobody need speak; and a step has
+    // been made once and for all.
     let vanished = match fault {
-        Fault::AirLoss | Fault::MonitorLost => kept <= 0.0,
+        Fault::AirLoss | Fault::MonitorLost | Fault::HostSilent => kept <= 0.0,
         Fault::GaugeJump => true,
         _ => false,
     };

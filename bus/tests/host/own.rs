@@ -300,10 +300,11 @@ fn a_robot_that_says_nothing_for_the_time_of_the_settings_is_a_fault_and_any_req
         crate::line::writing(REQUEST, &[0, 0, 0]),
     ] {
         let mut bus = Bus::new(settings);
+        bus.write(COMMAND, &[1]);
         for id in [9, 0].repeat(10) {
             bus.run(190);
             bus.exchange(&Bus::framed_for(id, &pdu));
-            assert_eq!(bus.board.state(), State::Idle);
+            assert_eq!(bus.board.state().fault(), None);
         }
         // For others, or wrong: no word.
         for bytes in [Bus::framed_for(8, &pdu), Bus::framed(&[3, 0, 0, 0, 1])] {
