@@ -121,11 +121,11 @@ fn what_cannot_be_is_refused_with_what_would_be_right() {
     );
     let register = put(
         "register.toml",
-        "\n[[step]]\nwhen = { register = 0x3000, equals = 1 }\nend = true\n",
+        "\n[[step]]\nwhen = { register = 0x4000, equals = 1 }\nend = true\n",
     );
     refused(
         &["--script", &register],
-        &["register.toml: line 2: register = 0x3000: there is no such register"],
+        &["register.toml: line 2: register = 0x4000: there is no such register"],
     );
     refused(&["--script", "nowhere.toml"], &["nowhere.toml"]);
     let file = put("file", "");
