@@ -281,6 +281,19 @@ fn a_directory_that_cannot_be_written_to_is_refused_before_any_work() {
 }
 
 #[test]
+fn a_settings_file_that_cannot_be_written_is_refused_before_the_sweep() {
+    let dir = temporary();
+    let missing = dir.path().join("missing").join("swept.toml");
+    for (path, words) in [
+        (dir.path(), "not a file"),
+        (missing.as_path(), "cannot write"),
+    ] {
+        let path = path.to_str().expect("a path in UTF-8");
+        refused(&["calibrate", "--out", path], &[path, words]);
+    }
+}
+
+#[test]
 fn bad_traces_and_recipes_are_refused_by_file_and_line() {
     let dir = temporary();
     let put = |name: &str, text: &str| {

@@ -117,6 +117,8 @@ fn a_wrong_argument_is_refused() {
         &["evaluate", "--noise", "20"],
         &["evaluate", "--shard", "3/2"],
         &["evaluate", "--shard", "1/2", "--json"],
+        &["evaluate", "--hands", "2", "--silicone"],
+        &["evaluate", "--hands", "0"],
         &["evaluate", "merge"],
     ] {
         let output = softgrip(args);

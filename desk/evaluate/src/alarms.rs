@@ -3,6 +3,7 @@
 use anyhow::Context;
 use finger::capability::GRAVITY_M_S2;
 use rayon::prelude::*;
+use sim::hand::Likeness;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
 use softgrip::table;
@@ -116,6 +117,22 @@ impl Stretch {
         }
         let mut workload = Workload::new(base, &options, models, &self.block)?;
         workload.baselines = self.compared.then(Baselines::default);
+        Ok(workload.finish(&self.block))
+    }
+
+    /// The same with fingers as they were cast, on the regulator of `setup`.
+    ///
+    /// # Errors
+    /// If the settings are not valid.
+    pub fn count_mounted(
+        &self,
+        setup: &Setup,
+        options: &Options,
+        models: &[IdentifiedModel],
+        fingers: &Likeness,
+    ) -> anyhow::Result<Tally> {
+        let mut workload = Workload::new(setup, options, models, &self.block)?;
+        workload.mount(fingers, setup.gripper.regulator.lag_ms);
         Ok(workload.finish(&self.block))
     }
 }

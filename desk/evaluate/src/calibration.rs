@@ -131,12 +131,9 @@ pub fn measure(
 
 /// Sweeps and judges the hand of one seed, or says why it was not swept.
 fn of_hand(recipe: &Recipe, seed: u64, grips: u32) -> anyhow::Result<Result<Hand, String>> {
-    let mut rng = generator(seed, STREAM, 0);
-    let mut setup =
+    let setup =
         Setup::with_castings(recipe, seed).with_context(|| format!("castings of seed {seed}"))?;
-    setup.scenario.seed = seed;
-    setup.scenario.noise_ue = NOISE_UE[(seed % 3) as usize];
-    setup.gripper.regulator.lag_ms = rng.random_range(20.0..=200.0);
+    let (setup, mut rng) = equipped(setup, seed);
     let settings = setup.settings();
     let swept = match sweep::sweep(&setup, &settings) {
         Ok(swept) => swept,
@@ -163,6 +160,15 @@ fn of_hand(recipe: &Recipe, seed: u64, grips: u32) -> anyhow::Result<Result<Hand
         half_loop_percent: round(half_loop_percent(&setup, &swept), 3),
         closes,
     }))
+}
+
+/// The hand of a seed with the noise of its gauges and a regulator of its own, and the generator of what follows.
+pub fn equipped(mut setup: Setup, seed: u64) -> (Setup, ChaCha8Rng) {
+    let mut rng = generator(seed, STREAM, 0);
+    setup.scenario.seed = seed;
+    setup.scenario.noise_ue = NOISE_UE[(seed % 3) as usize];
+    setup.gripper.regulator.lag_ms = rng.random_range(20.0..=200.0);
+    (setup, rng)
 }
 
 /// The settings of a setup, with what its sweep has found.

@@ -115,6 +115,9 @@ pub fn generator(seed: u64, stream: u64, index: u64) -> ChaCha8Rng {
 
 const CASES: u64 = 1;
 
+/// After so many of its lags a regulator is within 1 % of its set-point.
+const LAGS_TO_FILL: f64 = 5.0;
+
 /// Uniform random parameters. Their order of drawing is part of a seed's meaning.
 struct Draw(ChaCha8Rng);
 
@@ -272,6 +275,24 @@ impl Case {
         }
     }
 
+    /// As [`Self::draw`], with the fingers, gauges and regulator of `setup`, of which the settings say all that is known.
+    pub fn mounted(setup: &Setup, seed: u64, index: u64) -> Self {
+        let mut case = Self::draw(setup, setup.table(), seed, Knowledge::Calibrated, index);
+        let regulator_lag_ms = setup.gripper.regulator.lag_ms;
+        let gripper = &mut case.setup.gripper;
+        gripper.hand.finger_stiffness = setup.gripper.hand.finger_stiffness;
+        gripper.regulator.lag_ms = regulator_lag_ms;
+        // The robot knows its gripper and waits for it; all that follows is later.
+        let wait_ms = LAGS_TO_FILL * regulator_lag_ms;
+        gripper.arm.grip_ms += wait_ms;
+        if let Some(push) = &mut case.push {
+            push.start_s += 1e-3 * wait_ms;
+        }
+        case.gauge_gain = setup.hand().gauge_gain;
+        case.free_bend_gain = [1.0; FINGERS];
+        case
+    }
+
     /// What makes the object fall, if it falls.
     pub fn origin(&self) -> Origin {
         match self.push {
@@ -314,5 +335,36 @@ impl Case {
             *gain = (f64::from(*gain) * known) as f32;
         }
         run::controller(table, &settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_that_waits_for_a_slower_regulator_is_pushed_in_the_same_place() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/rtv225.toml");
+        let recipe = finger::recipe::load(path.as_ref()).expect("the recipe");
+        let mut setup = Setup::of(&recipe).expect("a setup");
+        setup.gripper.regulator.lag_ms = 200.0;
+        let since_lift_s = |case: &Case| {
+            let accel_m_s2 = case.setup.scenario.accel_m_s2;
+            let profile = Profile::new(&case.setup.gripper.arm_task(accel_m_s2));
+            let lift_s = profile.start_s(Phase::Lift);
+            (lift_s, case.push.map(|push| push.start_s - lift_s))
+        };
+        let mut pushed = 0;
+        for index in 0..8 {
+            let drawn = Case::draw(&setup, setup.table(), 1, Knowledge::Calibrated, index);
+            let mounted = Case::mounted(&setup, 1, index);
+            let (drawn, mounted) = (since_lift_s(&drawn), since_lift_s(&mounted));
+            assert!((mounted.0 - drawn.0 - 1.0).abs() < 1e-9);
+            if let (Some(drawn), Some(mounted)) = (drawn.1, mounted.1) {
+                assert!((mounted - drawn).abs() < 1e-9);
+                pushed += 1;
+            }
+        }
+        assert!(pushed > 0);
     }
 }

@@ -67,7 +67,8 @@ impl Finding {
 }
 
 impl Response {
-    fn of(trial: &Trial, in_words: bool) -> Self {
+    /// What is kept of a trial; in words always if they are asked for, else if it went wrong.
+    pub fn of(trial: &Trial, in_words: bool) -> Self {
         let classification = trial.classification();
         let slide = match (classification, &trial.report, trial.loss) {
             (Classification::Reported(_), ControllerReport::Lost { t_s, moved_mm }, Some(loss)) => {

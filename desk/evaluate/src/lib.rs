@@ -54,6 +54,8 @@ pub mod work;
 pub mod statistics;
 pub mod summary;
 
+pub mod mounted;
+
 pub mod details;
 mod figures;
 pub mod output;

@@ -176,7 +176,8 @@ impl Sample {
 }
 
 impl Counts {
-    fn add(&mut self, trial: &Response, is_loss: bool) {
+    /// Adds a trial.
+    pub fn add(&mut self, trial: &Response, is_loss: bool) {
         let kind = match is_loss {
             true => &mut self.losses,
             false => &mut self.held,

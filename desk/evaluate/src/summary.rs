@@ -78,7 +78,8 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    fn of(values: &Histogram) -> Self {
+    /// Of these values, ms.
+    pub fn of(values: &Histogram) -> Self {
         Self {
             min: values.quantile(0.0),
             p50: values.quantile(0.5),

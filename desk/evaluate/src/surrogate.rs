@@ -35,7 +35,7 @@ pub struct Surrogate<R> {
     pressure: Lag,
     silicone: Silicone,
     bending: Swing,
-    creep: Creep<1>,
+    creep: Creep<FINGERS>,
     gauge_creep: Creep<FINGERS>,
     /// The held object, if there is one.
     held: Option<(IdentifiedModel, Held)>,
@@ -88,25 +88,33 @@ impl<R: Rng> Surrogate<R> {
         );
         let pressure_kpa = (self.pressure.step(valve_kpa) + ripple_kpa).max(0.0);
         let inflated_kpa = self.silicone.step(pressure_kpa);
-        let free_at =
-            |kpa: f64| f64::from(table::free_strain(self.table, Kilopascals(kpa as f32)).0.0);
-        let mut free = free_at(self.bending.step(inflated_kpa));
+        let swung_kpa = self.bending.step(inflated_kpa);
+        // A stiffer finger is bent as the recipe's is at a lower pressure.
+        let stiffness = self.gripper.hand.finger_stiffness;
+        let free_at = |kpa: f64| {
+            let strain = |s: f64| table::free_strain(self.table, Kilopascals((kpa / s) as f32));
+            stiffness.map(|s| f64::from(strain(s).0.0))
+        };
+        let still = free_at(inflated_kpa);
+        let mut free = free_at(swung_kpa);
 
         // What presses on an object cannot bend any further.
-        let [mut crept] = self.creep.step([free_at(inflated_kpa)]);
+        let mut crept = self.creep.step(still);
         let mut residual = [0.0; FINGERS];
         if let Some((model, held)) = &mut self.held {
-            let plateau = model.residual_at(inflated_kpa);
-            // A free finger swings; one that presses on something does not.
-            let pressing = plateau / (plateau + TOUCH_UE);
-            free += pressing * (free_at(inflated_kpa) - free);
-            crept *= 1.0 - pressing;
-            let share = plateau / model.residual_at(model.pressure_kpa);
             let change = held.step(acceleration_m_s2);
-            residual = change.map(|change| plateau + share * change);
+            let identified = model.residual_at(model.pressure_kpa);
+            for i in 0..FINGERS {
+                let plateau = model.residual_at(inflated_kpa / stiffness[i]);
+                // A free finger swings; one that presses on something does not.
+                let pressing = plateau / (plateau + TOUCH_UE);
+                free[i] += pressing * (still[i] - free[i]);
+                crept[i] *= 1.0 - pressing;
+                residual[i] = plateau + plateau / identified * change[i];
+            }
         }
         let gauges = self.gauges;
-        let bent = residual.map(|residual| free + crept - residual);
+        let bent = std::array::from_fn(|i| free[i] + crept[i] - residual[i]);
         let gauge_crept = self.gauge_creep.step(bent);
         let strain = std::array::from_fn(|i| {
             let shown = bent[i] + gauge_crept[i];

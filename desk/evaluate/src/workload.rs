@@ -3,6 +3,7 @@
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 use sim::gripper::Gripper;
+use sim::hand::Likeness;
 use sim::run;
 use sim::setup::Setup;
 use softgrip::table::FingerTable;
@@ -58,6 +59,8 @@ pub struct Workload<'a> {
     models: &'a [IdentifiedModel],
     gripper: Gripper,
     table: &'static FingerTable,
+    /// Gain of each gauge; none where it is drawn, close to what the controller was calibrated to.
+    gauge_gain: Option<[f64; FINGERS]>,
     tick: u64,
     end: u64,
     dac: DacCode,
@@ -130,6 +133,7 @@ impl<'a> Workload<'a> {
             models,
             gripper,
             table,
+            gauge_gain: None,
             tick: 0,
             end: block.ticks,
             dac: DacCode(0),
@@ -141,6 +145,14 @@ impl<'a> Workload<'a> {
             tally: Tally::none(block.noise_ue),
             block: block.index,
         })
+    }
+
+    /// Takes fingers as they were cast, and their regulator's lag, ms.
+    pub fn mount(&mut self, fingers: &Likeness, regulator_lag_ms: f64) {
+        self.gripper.hand.finger_stiffness = fingers.stiffness;
+        self.gripper.regulator.lag_ms = regulator_lag_ms;
+        self.gauge_gain = Some(fingers.gain);
+        self.renew();
     }
 
     /// Simulates the block and gives its counts.
@@ -293,8 +305,12 @@ impl<'a> Workload<'a> {
     /// Draws new gauge errors.
     fn renew(&mut self) {
         let noise_ue = self.tally.noise_ue as f32;
-        let gauges = std::array::from_fn(|_| GaugeErrors {
-            gain: self.rng.random_range(0.99..=1.01),
+        let known = self.gauge_gain;
+        let gauges = std::array::from_fn(|i| GaugeErrors {
+            gain: match known {
+                Some(gain) => gain[i],
+                None => self.rng.random_range(0.99..=1.01),
+            },
             offset_ue: self.rng.random_range(-50.0..=50.0),
             noise_ue,
         });
@@ -379,7 +395,8 @@ impl<'a> Workload<'a> {
         let Some(bad) = self.bad else { return };
         let share = 1.0 - (-(self.tick as f64 * TICK_S - bad.since_s) / bad.time_s).exp();
         let gauge = &mut self.surrogate.gauges[bad.finger];
-        gauge.gain = 1.0 - share * bad.gain_lost;
+        let whole = self.gauge_gain.map_or(1.0, |gain| gain[bad.finger]);
+        gauge.gain = whole * (1.0 - share * bad.gain_lost);
         gauge.offset_ue = share * bad.offset_ue;
         gauge.noise_ue = self.tally.noise_ue as f32 + share as f32 * bad.noise_ue;
     }

@@ -1,8 +1,14 @@
 //! What a sweep makes of random castings, at pressures and in closes that it has not seen.
 
 use evaluate::calibration::{self, Options};
+use evaluate::mounted::{self, Hands};
+use evaluate::options;
+use evaluate::surrogate::{GaugeErrors, Surrogate};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use sim::setup::Setup;
 use sim::sweep;
+use softgrip::units::Kilopascals;
 
 fn recipe() -> finger::recipe::Recipe {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/rtv225.toml");
@@ -42,4 +48,72 @@ fn a_sweep_makes_the_table_true_over_the_whole_range_where_fingers_do_not_meet()
             "{before} {after} %"
         );
     }
+}
+
+#[test]
+fn the_surrogates_free_fingers_strain_as_the_castings_that_they_stand_for() {
+    let recipe = recipe();
+    let setup = Setup::with_castings(&recipe, 7).expect("three fingers");
+    let hand = setup.hand();
+    let likeness = hand.likeness(&recipe.chain);
+    let mut gripper = setup.gripper.clone();
+    gripper.hand.finger_stiffness = likeness.stiffness;
+    (gripper.hand.hysteresis_percent, gripper.hand.creep_percent) = (0.0, 0.0);
+    gripper.gauge.creep_percent = 0.0;
+    (gripper.regulator.gain, gripper.regulator.offset_kpa) = (1.0, 0.0);
+    let gauges = likeness.gain.map(|gain| GaugeErrors {
+        gain,
+        offset_ue: 0.0,
+        noise_ue: 0.0,
+    });
+    let noise = ChaCha8Rng::seed_from_u64(1);
+    let mut surrogate = Surrogate::new(&gripper, setup.table(), gauges, noise);
+    let front_end = gripper.front_end();
+    let full_ue = recipe.chain.free_strain_ue(recipe.chain.max_pressure_kpa());
+    let mut recipe_off_ue = 0.0f64;
+    for kpa in [60.0, 100.0, 140.0] {
+        let dac = front_end.command(Kilopascals(kpa as f32));
+        (0..3_000).for_each(|_| _ = surrogate.step(dac, [0.0; 3], 0.0));
+        let frame = surrogate.step(dac, [0.0; 3], 0.0);
+        let shown_ue = front_end.strains(&frame.gauges);
+        for (i, shown_ue) in shown_ue.into_iter().enumerate() {
+            let strain_ue = hand.gauge_gain[i] * hand.chains[i].free_strain_ue(kpa);
+            let off_percent = 100.0 * (f64::from(shown_ue.0) - strain_ue).abs() / full_ue;
+            assert!(
+                off_percent < 1.0,
+                "finger {i} at {kpa} kPa: {off_percent} %"
+            );
+            let recipe_ue = recipe.chain.free_strain_ue(kpa);
+            recipe_off_ue = recipe_off_ue.max((strain_ue - recipe_ue).abs());
+        }
+    }
+    assert!(recipe_off_ue > 0.05 * full_ue);
+}
+
+#[test]
+fn a_hand_is_judged_on_the_same_losses_and_hours_however_it_is_known() {
+    let recipe = recipe();
+    let base = Setup::of(&recipe).expect("a setup");
+    let options = options::Options {
+        seed: 1,
+        losses: 2,
+        hours: 0.01,
+        recordings: None,
+        slowest: 0,
+        settings: base.settings(),
+    };
+    let hands = Hands { first: 3, count: 2 };
+    let measured = mounted::measure(&recipe, &base, &options, hands, &|_| ());
+    let measured = measured.expect("two hands");
+    assert!(measured.refused.is_empty(), "{:?}", measured.refused);
+    let [recipe, sweep, exact] = measured.rows;
+    for row in [&sweep, &exact] {
+        assert_eq!(row.losses, 2);
+        assert_eq!(
+            (row.losses, row.held, row.hours),
+            (recipe.losses, recipe.held, recipe.hours)
+        );
+    }
+    let ms = |row: &mounted::Row| (row.ms.min, row.ms.p50, row.ms.max);
+    assert!(ms(&recipe) != ms(&sweep) && ms(&sweep) != ms(&exact) && ms(&recipe) != ms(&exact));
 }

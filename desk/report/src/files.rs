@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use tempfile::{Builder, NamedTempFile};
 
 /// A file that gets its name when it is complete.
@@ -33,6 +33,22 @@ impl Pending {
             file: BufWriter::new(file),
             path,
         })
+    }
+
+    /// As [`Self::create`], from a path. What is there already must be a file: a device would be replaced by one.
+    ///
+    /// # Errors
+    /// As [`Self::create`], or if there is something else than a file; the message names the path.
+    pub fn at(path: &Path) -> anyhow::Result<Self> {
+        let shown = path.display();
+        ensure!(
+            path.is_file() || !path.exists(),
+            "{shown}: cannot write, because it is not a file"
+        );
+        let name = path.file_name().and_then(|name| name.to_str());
+        let name = name.with_context(|| format!("{shown}: not the name of a file"))?;
+        let dir = path.parent().filter(|dir| !dir.as_os_str().is_empty());
+        Self::create(dir.unwrap_or(Path::new(".")), name)
     }
 
     /// Gives the file its name, in place of one that had it.

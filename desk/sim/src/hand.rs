@@ -16,6 +16,10 @@ const MODULUS: f64 = 0.10;
 const GAUGE_GAIN: f64 = 0.05;
 /// A gauge's zero is off by up to this, µε: 1 % of its full scale.
 const GAUGE_OFFSET_UE: f64 = 200.0;
+/// Stiffnesses among which that of a finger is looked for: the range of the setting, in steps of a thousandth.
+const SOFTEST: f64 = 0.7;
+const STIFFEST: f64 = 1.5;
+const STIFFNESSES: u32 = 800;
 
 /// Three fingers and their gauges.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +30,18 @@ pub struct Hand {
     pub gauge_gain: [f64; FINGERS],
     /// What each gauge shows without strain, µε.
     pub gauge_offset_ue: [f64; FINGERS],
+}
+
+/// Fingers as their recipe's with a stiffness `s` and a gauge of gain `g`: `ε(p) = g ε_free(p / s)`, as the controller's
+/// settings describe them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Likeness {
+    /// Gain of each finger's gauge over the recipe's.
+    pub gain: [f64; FINGERS],
+    /// Stiffness of each finger over the recipe's.
+    pub stiffness: [f64; FINGERS],
+    /// Largest difference to the fingers as they are, percent of the recipe's full scale.
+    pub error_percent: f64,
 }
 
 impl Hand {
@@ -81,6 +97,48 @@ impl Hand {
             product / square
         })
     }
+
+    /// What comes closest to these fingers and their gauges, by least squares over all pressures.
+    pub fn likeness(&self, nominal: &Chain) -> Likeness {
+        const PRESSURES: u32 = 32;
+        let max_kpa = nominal.max_pressure_kpa();
+        let full_ue = nominal.free_strain_ue(max_kpa);
+        let mut likeness = Likeness {
+            gain: [1.0; FINGERS],
+            stiffness: [1.0; FINGERS],
+            error_percent: 0.0,
+        };
+        for (i, chain) in self.chains.iter().enumerate() {
+            let fit = |stiffness: f64| {
+                // A softer finger's last pressures are beyond the recipe.
+                let highest_kpa = max_kpa * stiffness.min(1.0);
+                let (mut xx, mut xy, mut yy, mut pairs) = (0.0, 0.0, 0.0, Vec::new());
+                for n in 1..=PRESSURES {
+                    let kpa = highest_kpa * f64::from(n) / f64::from(PRESSURES);
+                    let x = nominal.free_strain_ue(kpa / stiffness);
+                    let y = self.gauge_gain[i] * chain.free_strain_ue(kpa);
+                    (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
+                    pairs.push((x, y));
+                }
+                let gain = xy / xx;
+                let off = pairs.iter().map(|(x, y)| (y - gain * x).abs());
+                // Relative, because the highest pressure is not the same for all.
+                ((yy - gain * xy) / yy, gain, off.fold(0.0, f64::max))
+            };
+            let tried = (0..=STIFFNESSES).map(|n| {
+                let stiffness =
+                    SOFTEST + (STIFFEST - SOFTEST) * f64::from(n) / f64::from(STIFFNESSES);
+                (stiffness, fit(stiffness))
+            });
+            let best = tried.min_by(|(_, (a, ..)), (_, (b, ..))| a.total_cmp(b));
+            if let Some((stiffness, (_, gain, off_ue))) = best {
+                (likeness.gain[i], likeness.stiffness[i]) = (gain, stiffness);
+                let off_percent = 100.0 * off_ue / full_ue;
+                likeness.error_percent = likeness.error_percent.max(off_percent);
+            }
+        }
+        likeness
+    }
 }
 
 /// A finger from the same mould as `nominal`, as far as moulds are the same.
@@ -126,6 +184,19 @@ mod tests {
             let at_140 = chain.free_strain_ue(140.0) / recipe.chain.free_strain_ue(140.0);
             assert!((gain / at_140 - 1.0).abs() < 0.1, "{gain} {at_140}");
         }
+    }
+
+    #[test]
+    fn a_casting_is_its_recipes_finger_with_a_stiffness_and_a_gain() {
+        let recipe = recipe("rtv225.toml");
+        let alike = Hand::alike(&recipe.chain).likeness(&recipe.chain);
+        for (gain, stiffness) in alike.gain.iter().zip(alike.stiffness) {
+            assert!((gain - 1.0).abs() < 1e-9 && (stiffness - 1.0).abs() < 1e-9);
+        }
+        let hand = Hand::cast(&recipe, 7).expect("three fingers");
+        let likeness = hand.likeness(&recipe.chain);
+        assert!(likeness.error_percent < 1.0, "{likeness:?}");
+        assert!(likeness.stiffness.iter().any(|s| (s - 1.0).abs() > 0.02));
     }
 
     #[test]

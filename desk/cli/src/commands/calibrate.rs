@@ -1,15 +1,16 @@
 //! `softgrip calibrate`: the free-bend sweep of the simulated gripper, and what it is good for.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use ::settings::page;
 use ::sim::setup::Setup;
 use ::sim::sweep;
-use anyhow::Context;
 use clap::Args;
 use evaluate::calibration::{self, Options};
 use finger::recipe::Recipe;
+use report::files::Pending;
 
 use super::output::outln;
 use super::{Controls, in_parallel, load_recipe, progress_bar, within};
@@ -55,6 +56,10 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
 
 /// Sweeps one hand and keeps what has been found.
 fn one(recipe: &Recipe, args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
+    let out = match &args.out {
+        Some(path) => Some((path, Pending::at(path)?)),
+        None => None,
+    };
     let mut setup = Setup::with_castings(recipe, args.finger_seed)?;
     args.controls.apply(&mut setup)?;
     setup.scenario.noise_ue = args.noise;
@@ -79,9 +84,10 @@ fn one(recipe: &Recipe, args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
     );
     let [before, after] = calibration::errors_percent(&setup, &swept)?;
     outln!("free-bend error up to there {before:.1} % of full scale before, {after:.1} % now");
-    if let Some(path) = &args.out {
+    if let Some((path, mut file)) = out {
         let values = calibration::calibrated(&setup, &swept)?.values();
-        std::fs::write(path, page::toml(&values)).with_context(|| path.display().to_string())?;
+        file.write_all(page::toml(&values).as_bytes())?;
+        file.finish()?;
         outln!("settings: {}", path.display());
     }
     Ok(ExitCode::SUCCESS)

@@ -9,6 +9,7 @@ use clap::{Args, Subcommand};
 use evaluate::about::About;
 use evaluate::case::KNOWLEDGE;
 use evaluate::evaluation::{self, Evaluation};
+use evaluate::mounted::{self, Hands};
 use evaluate::options::Options;
 use evaluate::output::{self, Losses};
 use evaluate::part::{self, Part};
@@ -58,9 +59,13 @@ pub struct EvaluateArgs {
     /// the castings of --finger-seed or, without it, of seed 1.
     #[arg(long, conflicts_with_all = ["only", "slowest", "limits"])]
     silicone: bool,
+    /// Only what a free-bend sweep is worth: so many random hands, the first of them the castings of --finger-seed or,
+    /// without it, of seed 1, known by the recipe, by a sweep, and exactly. --losses and --hours are of all of them.
+    #[arg(long, value_name = "N", conflicts_with_all = ["only", "slowest", "limits", "silicone", "recordings"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    hands: Option<u32>,
     /// Only the i-th of n parts, into a folder of its own below --out, which all parts share. An interrupted part
     /// goes on where it was.
-    #[arg(long, value_name = "I/N", conflicts_with_all = ["only", "slowest", "limits", "silicone", "json"])]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["only", "slowest", "limits", "silicone", "hands", "json"])]
     shard: Option<Shard>,
     /// Noise of the trace that --only writes, µε rms.
     #[arg(long, value_name = "UE", default_value = "20", requires = "only", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
@@ -118,6 +123,10 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<ExitCode> {
     }
     let provenance = Provenance::new(BUILD, &recipe, &options.settings);
     let about = About::new(&options, provenance, args.castings.finger_seed);
+    if let Some(count) = args.hands {
+        let first = args.castings.finger_seed.max(1);
+        return measure_hands(&recipe, &base, &options, Hands { first, count }, args);
+    }
     match (args.only, args.shard, out) {
         (Some(index), ..) => only(&base, &options, index, args.noise, out),
         _ if args.limits => measure_limits(&base, &options, args),
@@ -263,6 +272,39 @@ fn measure_silicone(
     } else {
         let table = silicone::table(&costs);
         outln!("{}\n{}", table.text(), table.note);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measure_hands(
+    recipe: &Recipe,
+    base: &Setup,
+    options: &Options,
+    hands: Hands,
+    args: &EvaluateArgs,
+) -> anyhow::Result<ExitCode> {
+    let bar = progress_bar(mounted::steps(options, hands), "losses and seconds");
+    let measured = in_parallel(args.jobs, || {
+        mounted::measure(recipe, base, options, hands, &|steps| bar.inc(steps))
+    })??;
+    bar.finish_and_clear();
+    let json = serde_json::to_string(&measured)?;
+    if let Some(dir) = args.output.directory()? {
+        files::write(dir, "hands.json", json.as_bytes())?;
+    }
+    if args.output.json {
+        outln!("{json}");
+        return Ok(ExitCode::SUCCESS);
+    }
+    let table = mounted::table(&measured, hands);
+    outln!("{}\n{}", table.text(), table.note);
+    for row in &measured.rows {
+        for (event, times) in &row.instead {
+            outln!("{}: {times} times {event}", row.known_by);
+        }
+    }
+    for (seed, why) in &measured.refused {
+        outln!("seed {seed}: {why}");
     }
     Ok(ExitCode::SUCCESS)
 }
