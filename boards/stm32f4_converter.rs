@@ -43,6 +43,9 @@ const STREAM: usize = 0;
 /// Cycles in which the converter gets ready, 3 µs at the fastest clock (DS9405, ADC characteristics).
 const READY_CYCLES: u32 = 3 * 180;
 
+/// Reads of its register within which a stream is off: one takes several cycles.
+const OFF_WITHIN_READS: u32 = 1_000;
+
 /// What the transfer writes.
 static RECEIVED: [AtomicU16; RING] = [const { AtomicU16::new(0) }; RING];
 
@@ -110,8 +113,12 @@ impl Converter {
         let (converter, stream) = (pac::ADC1, pac::DMA2.st(STREAM));
         converter.cr2().write(|_| {});
         stream.cr().write(|_| {});
-        // A transfer ends before its stream is off.
-        while stream.cr().read().en() {}
+        // A transfer ends before its stream is off, in some cycles.
+        for _ in 0..OFF_WITHIN_READS {
+            if !stream.cr().read().en() {
+                break;
+            }
+        }
         pac::DMA2.ifcr(0).write(|w| w.0 = u32::MAX);
         converter.sr().write(|_| {});
         stream.par().write_value(converter.dr().as_ptr() as u32);

@@ -5,6 +5,7 @@
 
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed, fence};
 
+use bus::modbus::LONGEST;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::dma::vals::Dir;
 use embassy_stm32::peripherals::{DMA2_CH1, DMA2_CH6, PD14, PG9, PG14, USART6};
@@ -14,8 +15,6 @@ use embassy_sync::signal::Signal;
 
 /// Bytes between two looks at the line: 22 ms at 230 400 Bd.
 const RING: usize = 512;
-/// The longest frame of Modbus RTU.
-const LONGEST: usize = 256;
 /// Streams of DMA2 and their channel for this port (RM0090, table 44).
 const RECEIVE: usize = 1;
 const SEND: usize = 6;

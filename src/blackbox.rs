@@ -21,6 +21,6 @@ mod recorder;
 mod rice;
 
 pub use keep::{forget, keep, restore};
-pub use layout::{CHANNELS, Codes, Memory, Phase, WORDS};
+pub use layout::{CHANNELS, Codes, Memory, Phase, WORDS, load};
 pub use read::{Kept, ticks};
 pub use recorder::Recorder;

@@ -14,5 +14,12 @@ pub use factory::FACTORY;
 pub use softgrip_settings::{Decoded, ENCODED_BYTES, SettingsError, Values};
 pub use tree::Settings;
 
+use crate::units::FINGERS;
+
+/// The numbers of the settings that a tare changes.
+pub const TARE: [u16; FINGERS] = [510, 511, 512];
+/// The number of one that a sweep may leave as it is ([`Calibration::stated`]).
+pub const REGULATOR_LAG: u16 = 110;
+
 #[cfg(test)]
 mod tests;

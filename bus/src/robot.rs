@@ -25,9 +25,7 @@ use own::{Act, Own};
 use registers::{At, Half};
 
 use crate::modbus::{Exception, Frame, Function, Range, Reply, Request, STALE_US};
-use core::sync::atomic::Ordering::Relaxed;
-
-use softgrip::blackbox::{Memory, Phase};
+use softgrip::blackbox::{self, Memory, Phase};
 use softgrip::command::Command;
 use softgrip::grasp::State;
 use softgrip::settings::Values;
@@ -190,7 +188,7 @@ impl Robot {
         for (address, _) in request.written() {
             if let Some(At::Item(item, _)) = registers::find(address) {
                 match self.own.act(item, &mut work.wishes) {
-                    Act::Wish => {}
+                    Act::Nothing => {}
                     Act::Save => work.save = true,
                     Act::ClearBlackBox => work.clear_black_box = true,
                 }
@@ -303,7 +301,7 @@ impl Robot {
                         let bits = values.get(number).unwrap_or_default().to_bits();
                         half.of(bits)
                     }
-                    Some(At::BlackBox(word, half)) => half.of(self.black_box(word)),
+                    Some(At::BlackBox(word, half)) => half.of(blackbox::load(self.black_box, word)),
                     None => 0,
                 };
                 reply.word(word);
@@ -335,14 +333,9 @@ impl Robot {
             Item::PositionPressure => compatible.shows(2, status, fingers),
             Item::Activated => compatible.is_active().into(),
             Item::Damaged => damaged,
-            Item::BlackBox => (self.black_box(0) == Phase::Stands as u32).into(),
+            Item::BlackBox => (blackbox::load(self.black_box, 0) == Phase::Stands as u32).into(),
             _ => self.own.shows(item, offset, status, fingers),
         }
-    }
-
-    fn black_box(&self, word: usize) -> u32 {
-        let word = self.black_box.get(word);
-        word.map_or(0, |word| word.load(Relaxed))
     }
 
     /// The settings have been stored, or could not be.

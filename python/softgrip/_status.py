@@ -92,7 +92,8 @@ LOSS_COUNT = 9
 def signed(word: int, unit: float = 1.0) -> float | None:
     """The value of a signed register in its unit; none if it is not known."""
     value = word - 0x10000 if word & 0x8000 else word
-    return None if value == UNKNOWN else value * unit
+    # 878 tenths are 87.8, and not 87.80000000000001.
+    return None if value == UNKNOWN else round(value * unit, 3)
 
 
 def long(upper: int, lower: int) -> int:
@@ -128,6 +129,6 @@ def loss(words: Sequence[int]) -> Loss | None:
         cause=LossCause(words[0]),
         onset_ms=long(words[1], words[2]),
         flagged_ms=long(words[3], words[4]),
-        latency_ms=words[5] * 0.1,
+        latency_ms=round(words[5] * 0.1, 1),
         evidence_percent=tuple(signed(word, 0.1) for word in words[6:9]),
     )

@@ -4,20 +4,15 @@ use core::sync::atomic::Ordering::Relaxed;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use softgrip::blackbox::{self, Phase, Recorder};
-use softgrip::settings::{Active, ENCODED_BYTES, FACTORY, Values};
+use softgrip::settings::{Active, ENCODED_BYTES, FACTORY, REGULATOR_LAG, TARE, Values};
 use softgrip::storage::{SaveError, Storage, Stored};
 use softgrip::table::FINGER;
-use softgrip::units::FINGERS;
 
 use crate::board::SettingsFlash;
 use crate::links::{self, BLACK_BOX, BLACK_BOX_CHANGED, LEARNED, SAVE, STORED, SWEPT, TARED};
 
 /// Where the black box lies in flash: in the sector behind those of the settings.
 const BLACK_BOX_AT: u32 = 2 * SettingsFlash::ERASE_SIZE as u32;
-
-/// The numbers of the settings that a tare changes, and of one that a sweep may leave as it is.
-const TARE: [u16; FINGERS] = [510, 511, 512];
-const REGULATOR_LAG: u16 = 110;
 
 /// The settings, and where they are kept.
 pub struct Keeper {
@@ -73,7 +68,7 @@ impl Keeper {
 
     /// Stores what has come to stand in the black box, or that nothing does any more.
     async fn save_black_box(&mut self) {
-        let phase = BLACK_BOX.first().map_or(0, |word| word.load(Relaxed));
+        let phase = blackbox::load(&BLACK_BOX, 0);
         let flash = self.storage.flash();
         let saved = match Phase::of(phase) {
             Some(Phase::Stands) => blackbox::keep(flash, BLACK_BOX_AT, &BLACK_BOX).await,

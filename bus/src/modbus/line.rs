@@ -1,11 +1,10 @@
 //! Bytes with time stamps → frames.
 
 use super::crc::crc;
+use super::reply::LONGEST;
 use super::request::{Exception, Function, Request};
 use softgrip::units::Instant;
 
-/// The longest frame (Serial Line, 2.5.1).
-const LONGEST: usize = 256;
 /// The id of a request to everybody.
 const BROADCAST: u8 = 0;
 /// An older request is not answered: the master may have given up, and would take the answer for that to its next one.

@@ -73,7 +73,7 @@ const CLEAR: u16 = 11;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Act {
     /// Nothing.
-    Wish,
+    Nothing,
     /// The settings are stored.
     Save,
     /// The black box is cleared.
@@ -163,12 +163,12 @@ impl Own {
             (Item::Command, CLEAR) => return Act::ClearBlackBox,
             (Item::Command, number) => match self.command(number) {
                 Some(command) => command,
-                None => return Act::Wish,
+                None => return Act::Nothing,
             },
-            _ => return Act::Wish,
+            _ => return Act::Nothing,
         };
         wishes.add(command);
-        Act::Wish
+        Act::Nothing
     }
 
     fn command(&mut self, number: u16) -> Option<Command> {

@@ -11,18 +11,13 @@ use sim::plant::{Plant, Truth};
 use sim::run;
 use sim::setup::Setup;
 use softgrip::blackbox::{Memory, Recorder, WORDS};
-use softgrip::settings::{Active, Values};
+use softgrip::settings::{Active, REGULATOR_LAG, TARE, Values};
 use softgrip::table::FingerTable;
 use softgrip::telemetry::Event;
-use softgrip::units::{DacCode, FINGERS, Instant};
+use softgrip::units::{DacCode, Instant};
 use softgrip::{Command, Controller, TICK_US};
 
 use crate::script::{Script, When};
-
-/// The numbers of the settings that a tare changes …
-const TARE: [u16; FINGERS] = [510, 511, 512];
-/// … and of the regulator's lag.
-const REGULATOR_LAG: u16 = 110;
 
 /// What one tick has brought.
 pub struct Ticked {
