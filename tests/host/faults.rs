@@ -310,26 +310,6 @@ fn the_numbers_of_all_faults_differ_and_rise() {
 }
 
 #[test]
-fn the_manual_has_one_row_for_every_fault_with_its_number_and_output() {
-    let manual = include_str!("../../docs/faults.md");
-    let rows: Vec<&str> = manual
-        .lines()
-        .filter(|line| line.contains("| as set |") || line.contains("| vents |"))
-        .collect();
-    assert_eq!(rows.len(), RULES.len());
-    for (Rule { fault, output, .. }, row) in RULES.into_iter().zip(rows) {
-        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        let output = match output {
-            SafeOutput::AsSet => "as set",
-            SafeOutput::Vent => "vents",
-        };
-        let expected = (fault.code().to_string(), format!("{fault:?}"), output);
-        let found = (cells[1].to_string(), cells[2].to_string(), cells[5]);
-        assert_eq!(found, expected);
-    }
-}
-
-#[test]
 fn an_object_that_falls_during_a_stop_that_holds_is_still_reported() {
     let mut board = board_in(Place::Fault, OnFault::Hold);
     for ms in 0..80 {

@@ -7,6 +7,7 @@ mod faults;
 mod flash;
 mod grips;
 mod hostile;
+mod manual;
 mod mock;
 mod properties;
 mod regulators;
