@@ -22,13 +22,33 @@ fn commit() -> String {
     }
 }
 
+/// The memory map of each board, by its feature.
+const MEMORY_MAPS: [(&str, &str); 2] = [
+    ("CARGO_FEATURE_BOARD_NUCLEO_F429ZI", "memory.x"),
+    (
+        "CARGO_FEATURE_BOARD_NUCLEO_G474RE",
+        "boards/nucleo_g474re.x",
+    ),
+];
+
+/// Puts the chosen board's memory map where the linker looks for memory.x.
+fn memory_map() {
+    let out = std::env::var("OUT_DIR").expect("cargo sets it");
+    for (feature, file) in MEMORY_MAPS {
+        let path = format!("{}/../{file}", env!("CARGO_MANIFEST_DIR"));
+        println!("cargo::rerun-if-changed={path}");
+        if std::env::var_os(feature).is_some() {
+            std::fs::copy(&path, format!("{out}/memory.x")).expect("the map is there");
+        }
+    }
+    println!("cargo::rustc-link-search={out}");
+}
+
 /// Link arguments of the image; a host that looks at it needs none.
 fn main() {
-    println!("cargo::rerun-if-changed=../memory.x");
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
         println!("cargo::rustc-env=SOFTGRIP_COMMIT={}", commit());
-        // The linker looks for memory.x here.
-        println!("cargo::rustc-link-search={}/..", env!("CARGO_MANIFEST_DIR"));
+        memory_map();
         for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");
         }

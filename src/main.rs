@@ -4,11 +4,8 @@
 
 #[cfg(not(all(target_arch = "arm", target_os = "none")))]
 compile_error!("this is the firmware; `cargo fw-build` builds it for its target");
-#[cfg(not(feature = "board-nucleo-f429zi"))]
-compile_error!("choose a board: --features board-nucleo-f429zi");
 
-#[cfg(feature = "board-nucleo-f429zi")]
-#[path = "../boards/nucleo_f429zi.rs"]
+#[path = "../boards/mod.rs"]
 mod board;
 #[path = "firmware/control.rs"]
 mod control;

@@ -38,6 +38,8 @@ pub struct Way(pub Vec<String>);
 pub struct Reach {
     /// Functions that were looked at.
     pub functions: usize,
+    /// Bytes of their code.
+    pub bytes: u64,
     /// Functions that call by a pointer from RAM, with the number of such calls.
     pub indirect: Vec<(String, usize)>,
     /// The last steps of every way into a panic or a trap.
@@ -104,6 +106,7 @@ impl Calls {
                 continue;
             }
             reach.functions += 1;
+            reach.bytes += function.size;
             if function.indirect > 0 {
                 reach
                     .indirect

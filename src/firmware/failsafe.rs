@@ -123,6 +123,11 @@ unsafe extern "C" fn hard_fault(frame: *const ExceptionFrame, sp: u32) -> ! {
 // SAFETY: takes the place of every handler that nobody has written, and never returns.
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
+    unknown_interrupt(number)
+}
+
+/// An interrupt that nobody has asked for.
+pub fn unknown_interrupt(number: i16) -> ! {
     stop();
     fail(Cause::Interrupt {
         number: number.into(),

@@ -35,7 +35,6 @@ impl Identity {
         if let Some(failure) = &self.failure {
             failsafe::tell(failure);
         }
-        board::check_brown_out();
-        board::check_revision();
+        board::check_option_bytes();
     }
 }

@@ -11,7 +11,7 @@ use softgrip::io::BusSettings;
 use softgrip::settings::{Active, Values};
 use softgrip::table::FINGER;
 
-use crate::board::{Serial, SerialParts};
+use crate::board::Serial;
 use crate::control::now;
 use crate::links::{
     self, BLACK_BOX, CLEAR_BLACK_BOX, LEARNED, SAVE, STATUS, STORED, WISHES, WISHES_SENT,
@@ -35,15 +35,16 @@ enum Next {
 }
 
 impl Slave {
-    fn new(parts: SerialParts, settings: BusSettings) -> Self {
+    fn new(mut serial: Serial, settings: BusSettings) -> Self {
         let baud = settings.baud.bits_per_s();
+        serial.start(baud);
         let timing = Timing::line(baud);
         Self {
             robot: Robot::new(settings.id, &FINGER, &BLACK_BOX),
             receiver: Receiver::new(settings.id, timing),
             timing,
             reply: Reply::new(),
-            serial: Serial::new(parts, baud),
+            serial,
         }
     }
 
@@ -110,8 +111,8 @@ fn later(moment: Instant, us: u64) -> Instant {
 }
 
 #[embassy_executor::task]
-pub async fn run(parts: SerialParts, settings: BusSettings) -> ! {
-    let mut slave = Slave::new(parts, settings);
+pub async fn run(serial: Serial, settings: BusSettings) -> ! {
+    let mut slave = Slave::new(serial, settings);
     let silence_us = u64::from(slave.timing.silence_us());
     loop {
         if slave.receiver.has_begun() {

@@ -30,6 +30,11 @@ pub const TESTS: [Test; 2] = [
 /// A value may grow by this much before somebody must look at it.
 const GROWTH: f64 = 1.05;
 
+/// So far apart may the step's code be in the images of two boards: it is the same, compiled for the same core.
+const BETWEEN_BOARDS: f64 = 0.1;
+/// What the code of the step is called in the budgets' file.
+const STEP_CODE: &str = "step_code_bytes";
+
 /// One line of the budgets' file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -47,13 +52,23 @@ fn file() -> std::path::PathBuf {
     crate::image::root().join("hil/budgets.toml")
 }
 
+/// The budgets, and their file's text.
+fn read() -> anyhow::Result<(Budgets, String)> {
+    let path = file();
+    let text = std::fs::read_to_string(&path).with_context(|| format!("{}", path.display()))?;
+    let budgets = toml::from_str(&text).with_context(|| format!("{}", path.display()))?;
+    Ok((budgets, text))
+}
+
+/// Bytes of code that the controller's step can reach.
+fn step_code(calls: &Calls) -> anyhow::Result<u64> {
+    Ok(calls.reach(&["controller::Controller::step"])?.bytes)
+}
+
 fn budget(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::default();
     let measured = measure(context.image)?;
-    let path = file();
-    let text = std::fs::read_to_string(&path).with_context(|| format!("{}", path.display()))?;
-    let mut budgets: Budgets =
-        toml::from_str(&text).with_context(|| format!("{}", path.display()))?;
+    let (mut budgets, text) = read()?;
     for (name, value) in &measured {
         let Some(budget) = budgets.get(name).copied() else {
             outcome.number(name, *value as f64, "");
@@ -96,6 +111,7 @@ fn budget(context: &Context<'_>) -> anyhow::Result<Outcome> {
             .take_while(|line| line.starts_with('#'))
             .map(|line| format!("{line}\n"))
             .collect();
+        let path = file();
         std::fs::write(&path, format!("{head}\n{}", toml::to_string(&budgets)?))
             .with_context(|| format!("{}", path.display()))?;
     }
@@ -112,6 +128,8 @@ fn measure(image: &Image) -> anyhow::Result<BTreeMap<String, u64>> {
         let name = section.name.trim_start_matches('.');
         measured.insert(format!("section_{name}_bytes"), section.size);
     }
+
+    measured.insert(STEP_CODE.into(), step_code(&Calls::read(image)?)?);
 
     // A whole pick-and-place, with the sphere lost on the way: the dearest that there is.
     let scenario = Scenario {
@@ -177,6 +195,20 @@ fn no_panic(context: &Context<'_>) -> anyhow::Result<Outcome> {
     for (name, calls) in &tick.indirect {
         outcome.notes.push(format!("{calls} of them in {name}"));
     }
+    // Of another board's image this is the only test.
+    let step = step_code(&calls)? as f64;
+    outcome.number("code of the step", step, "B");
+    let budgeted = read()?
+        .0
+        .get(STEP_CODE)
+        .map(|budget| budget.measured as f64);
+    let apart = budgeted.map_or(f64::NAN, |budgeted| (step - budgeted).abs() / budgeted);
+    outcome.at_most(
+        "share by which it differs from budgets.toml",
+        apart,
+        "",
+        BETWEEN_BOARDS,
+    );
     let driver = calls.reach(&["converter::Converter::frame"])?;
     let bus = calls.reach(&["line::Slave::take", "line::Slave::answer"])?;
     for (name, reach) in [("the converter's driver", driver), ("the bus", bus)] {
