@@ -53,10 +53,9 @@ impl ReadNorFlash for SettingsFlash {
         if at + bytes.len() > SIZE {
             return Err(Error::Place);
         }
-        for (at, byte) in (at..).zip(bytes) {
-            let address = flash::address(at / WORD) + at % WORD;
+        for (at, byte) in (at..SIZE).zip(bytes) {
             // SAFETY: in the sectors, which are readable and hold no variable.
-            *byte = unsafe { (address as *const u8).read_volatile() };
+            *byte = unsafe { (flash::address(at) as *const u8).read_volatile() };
         }
         Ok(())
     }
@@ -90,8 +89,8 @@ impl NorFlash for SettingsFlash {
             return Err(Error::Place);
         }
         let _unlocked = Unlocked::new();
-        for (i, word) in (at / WORD..).zip(words) {
-            flash::begin_word(i, u32::from_le_bytes(*word));
+        for (i, word) in (0..SIZE / WORD).zip(words) {
+            flash::begin_word(at.wrapping_add(WORD * i), u32::from_le_bytes(*word));
             flash::ENDED.wait().await;
             result()?;
         }

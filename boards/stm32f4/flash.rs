@@ -11,7 +11,6 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 const BASE: usize = 0x0810_0000;
-const WORD: usize = 4;
 /// What the first sector of bank 2 is called in the control register.
 const FIRST: u8 = 0b1_0000;
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
@@ -77,13 +76,15 @@ pub fn has_failed() -> bool {
     status.pgserr() || status.pgperr() || status.pgaerr() || status.wrperr()
 }
 
-/// Where a word of the sectors stands.
-pub fn address(word: usize) -> usize {
-    BASE + WORD * word
+/// Where a byte of the sectors stands.
+// Thousands of them are read at the start.
+#[inline(always)]
+pub fn address(at: usize) -> usize {
+    BASE.wrapping_add(at)
 }
 
-/// Begins to write one: 16 µs, at most 100 (DS9405).
-pub fn begin_word(word: usize, value: u32) {
+/// Begins to write a word: 16 µs, at most 100 (DS9405).
+pub fn begin_word(at: usize, value: u32) {
     ENDED.reset();
     pac::FLASH.cr().write(|w| {
         w.set_pg(true);
@@ -92,7 +93,7 @@ pub fn begin_word(word: usize, value: u32) {
         w.set_errie(true);
     });
     // SAFETY: a word of the sectors, which hold no variable.
-    unsafe { (address(word) as *mut u32).write_volatile(value) };
+    unsafe { (address(at) as *mut u32).write_volatile(value) };
     fence(Ordering::SeqCst);
 }
 

@@ -97,20 +97,23 @@ pub fn has_failed() -> bool {
         || status.operr()
 }
 
-/// Where a word of the sectors stands.
-pub fn address(word: usize) -> usize {
-    BASE + DOUBLE_WORD * word
+/// Where a byte of the sectors stands.
+// Thousands of them are read at the start.
+#[inline(always)]
+pub fn address(at: usize) -> usize {
+    BASE.wrapping_add(at / WORD * DOUBLE_WORD)
+        .wrapping_add(at % WORD)
 }
 
-/// Begins to write one: 82 µs, at most 125 (DS12288). One that is written already can be written to zeros.
-pub fn begin_word(word: usize, value: u32) {
+/// Begins to write a word: 82 µs, at most 125 (DS12288). One that is written already can be written to zeros.
+pub fn begin_word(at: usize, value: u32) {
     ENDED.reset();
     pac::FLASH.cr().write(|w| {
         w.set_pg(true);
         w.set_eopie(true);
         w.set_errie(true);
     });
-    let halves = address(word) as *mut u32;
+    let halves = address(at) as *mut u32;
     // SAFETY: a double word of bank 2, which holds no variable.
     unsafe {
         halves.write_volatile(value);

@@ -34,6 +34,9 @@ pub struct Cli {
 enum Action {
     /// One pick-and-place: the same trace, pictures and verdicts as `softgrip sim`, from the image.
     Run(RunArgs),
+    /// Reads the machine code of an image for any board, and runs nothing: no panic in reach of the control tick, and a
+    /// step that is not longer or shorter than that of the emulated board.
+    Code(ImageArgs),
 }
 
 #[derive(Args)]
@@ -129,10 +132,16 @@ fn milliseconds(text: &str) -> anyhow::Result<u64> {
 
 impl ImageArgs {
     fn read(&self) -> anyhow::Result<Image> {
-        let image = match &self.image {
-            Some(path) => Image::read(path)?,
-            None => Image::read(&image::build()?)?,
-        };
+        match &self.image {
+            Some(path) => Image::read(path),
+            None => Image::read(&image::build()?),
+        }
+    }
+
+    /// One for the chip that is emulated.
+    fn read_to_run(&self) -> anyhow::Result<Image> {
+        let image = self.read()?;
+        image.check_chip()?;
         bench::find_tick(&image)?;
         Ok(image)
     }
@@ -142,9 +151,19 @@ impl ImageArgs {
 pub fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     match &cli.action {
         Some(Action::Run(args)) => one(args),
+        Some(Action::Code(args)) => {
+            let image = args.read()?;
+            let context = suite::Context {
+                image: &image,
+                hours: 0.0,
+                write_budgets: false,
+            };
+            let passed = suite::run(&context, Some(suite::CODE), false)?;
+            Ok(ExitCode::from(u8::from(!passed)))
+        }
         None => {
             let args = &cli.suite;
-            let image = args.image.read()?;
+            let image = args.image.read_to_run()?;
             let context = suite::Context {
                 image: &image,
                 hours: args.hours,
@@ -165,7 +184,7 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = &dir {
         files::prepare(dir)?;
     }
-    let image = args.image.read()?;
+    let image = args.image.read_to_run()?;
     let scenario = Scenario {
         object: args.object,
         mass_kg: args.mass,

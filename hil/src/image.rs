@@ -118,7 +118,6 @@ impl Image {
 
     fn parse(path: &Path, bytes: Vec<u8>) -> anyhow::Result<Self> {
         let file = object::File::parse(bytes.as_slice()).context("no ELF file")?;
-        check_chip(&file)?;
         let (functions, variables) = symbols(&file);
         ensure!(!functions.is_empty(), "no symbols");
 
@@ -137,6 +136,17 @@ impl Image {
             functions,
             variables,
             bytes,
+        })
+    }
+
+    /// Refuses what was built for something else than the chip that is emulated.
+    pub fn check_chip(&self) -> anyhow::Result<()> {
+        let file = object::File::parse(self.bytes.as_slice())?;
+        check_chip(&file).with_context(|| {
+            format!(
+                "{}: not an image to run; run `{BUILD}`",
+                self.path.display()
+            )
         })
     }
 

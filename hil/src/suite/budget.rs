@@ -21,11 +21,14 @@ pub const TESTS: [Test; 2] = [
         run: budget,
     },
     Test {
-        name: "no panic",
+        name: CODE,
         about: "in all that the control tick can reach, as the machine code shows",
         run: no_panic,
     },
 ];
+
+/// The test of the machine code.
+pub const CODE: &str = "no panic";
 
 /// A value may grow by this much before somebody must look at it.
 const GROWTH: f64 = 1.05;
