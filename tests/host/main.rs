@@ -9,6 +9,7 @@ mod grips;
 mod hostile;
 mod mock;
 mod properties;
+mod record;
 mod regulators;
 mod repeats;
 mod scenarios;
