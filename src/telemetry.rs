@@ -1,6 +1,8 @@
 //! What the controller shows: a snapshot of each tick, which may be dropped, the record in which it is sent, and the
 //! indicator outputs.
 
+mod codes;
+pub mod frame;
 mod record;
 mod snapshot;
 

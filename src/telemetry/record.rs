@@ -8,16 +8,14 @@
 
 use core::fmt;
 
+use super::codes::{cause_of, code_of, code_of_state, command_of, number_of, state_of};
 use super::snapshot::Snapshot;
-use crate::command::{Command, Grip, Motion, Payload};
+use crate::command::Command;
 use crate::condition::RawFrame;
-use crate::detect::{Loss, LossCause};
-use crate::fault::{Fault, RULES};
-use crate::grasp::{Purpose, State};
-use crate::table::ObjectKind;
+use crate::detect::Loss;
+use crate::fault::Fault;
 use crate::units::{
-    AdcCode, DacCode, Degrees, FINGERS, Instant, Kilograms, Kilopascals, MetresPerSecondSquared,
-    Microstrain, Millivolts,
+    AdcCode, DacCode, Degrees, FINGERS, Instant, Kilopascals, Microstrain, Millivolts,
 };
 
 /// One tick, and how the program fared.
@@ -126,146 +124,6 @@ fn halves(moment: Instant) -> [u32; 2] {
 
 fn moment(low: u32, high: u32) -> Instant {
     Instant::from_micros(u64::from(low) | u64::from(high) << 32)
-}
-
-/// A command's code and its numbers.
-fn code_of(command: Command) -> (u8, [f32; 2]) {
-    let one = |code, number| (code, [number, 0.0]);
-    match command {
-        Command::Continue => one(0, 0.0),
-        Command::Alive => one(1, 0.0),
-        Command::Motion(Motion::Moving) => one(2, 0.0),
-        Command::Motion(Motion::Still) => one(3, 0.0),
-        Command::Slew(share) => one(4, share),
-        Command::Grip(Grip::Default) => one(5, 0.0),
-        Command::Grip(Grip::Pressure(pressure)) => one(6, pressure.0),
-        Command::Grip(Grip::Bend(bend)) => one(7, bend.0),
-        Command::Grip(Grip::Payload(payload)) => {
-            let code = match payload.kind {
-                ObjectKind::Sphere => 8,
-                ObjectKind::Cylinder => 9,
-            };
-            (code, [payload.mass.0, payload.acceleration.0])
-        }
-        Command::Release => one(10, 0.0),
-        Command::Halt => one(11, 0.0),
-        Command::Stop => one(12, 0.0),
-        Command::Acknowledge => one(13, 0.0),
-        Command::Tare => one(14, 0.0),
-        Command::Sweep => one(15, 0.0),
-    }
-}
-
-fn command_of(code: u8, [first, second]: [f32; 2]) -> Option<Command> {
-    let payload = |kind| {
-        Command::Grip(Grip::Payload(Payload {
-            kind,
-            mass: Kilograms(first),
-            acceleration: MetresPerSecondSquared(second),
-        }))
-    };
-    Some(match code {
-        0 => Command::Continue,
-        1 => Command::Alive,
-        2 => Command::Motion(Motion::Moving),
-        3 => Command::Motion(Motion::Still),
-        4 => Command::Slew(first),
-        5 => Command::Grip(Grip::Default),
-        6 => Command::Grip(Grip::Pressure(Kilopascals(first))),
-        7 => Command::Grip(Grip::Bend(Degrees(first))),
-        8 => payload(ObjectKind::Sphere),
-        9 => payload(ObjectKind::Cylinder),
-        10 => Command::Release,
-        11 => Command::Halt,
-        12 => Command::Stop,
-        13 => Command::Acknowledge,
-        14 => Command::Tare,
-        15 => Command::Sweep,
-        _ => return None,
-    })
-}
-
-/// A state's code, its moment, and its target.
-fn code_of_state(state: &State) -> (u8, Option<Instant>, Kilopascals) {
-    match *state {
-        State::Idle => (0, None, Kilopascals(0.0)),
-        State::Closing {
-            target,
-            reached,
-            purpose,
-        } => {
-            let code = match purpose {
-                Purpose::Grip => 1,
-                Purpose::Change => 2,
-                Purpose::Regrip => 3,
-            };
-            (code, reached, target)
-        }
-        State::Holding { target, since } => (4, Some(since), target),
-        State::Empty { target } => (5, None, target),
-        State::Sweeping { target } => (6, None, target),
-        State::Releasing { since, holding } => {
-            (7 + u8::from(holding), Some(since), Kilopascals(0.0))
-        }
-        State::Fault {
-            target, watching, ..
-        } => (9 + u8::from(watching), None, target),
-    }
-}
-
-fn state_of(
-    code: u8,
-    since: Instant,
-    has_since: bool,
-    target: Kilopascals,
-    fault: u8,
-) -> Option<State> {
-    let closing = |purpose| State::Closing {
-        target,
-        reached: has_since.then_some(since),
-        purpose,
-    };
-    Some(match code {
-        0 => State::Idle,
-        1 => closing(Purpose::Grip),
-        2 => closing(Purpose::Change),
-        3 => closing(Purpose::Regrip),
-        4 => State::Holding { target, since },
-        5 => State::Empty { target },
-        6 => State::Sweeping { target },
-        7 | 8 => State::Releasing {
-            since,
-            holding: code == 8,
-        },
-        9 | 10 => State::Fault {
-            fault: fault_of(fault)?,
-            target,
-            watching: code == 10,
-        },
-        _ => return None,
-    })
-}
-
-fn fault_of(code: u8) -> Option<Fault> {
-    let rule = RULES.iter().find(|rule| rule.fault.code() == code)?;
-    Some(rule.fault)
-}
-
-fn cause_of(number: u32) -> Option<LossCause> {
-    Some(match number {
-        0 => LossCause::Collapse,
-        1 => LossCause::OneSided,
-        2 => LossCause::Missing,
-        _ => return None,
-    })
-}
-
-fn number_of(cause: LossCause) -> u32 {
-    match cause {
-        LossCause::Collapse => 0,
-        LossCause::OneSided => 1,
-        LossCause::Missing => 2,
-    }
 }
 
 impl Record {

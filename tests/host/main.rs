@@ -5,6 +5,7 @@ mod board_limits;
 mod commands;
 mod faults;
 mod flash;
+mod frame;
 mod grips;
 mod hostile;
 mod mock;
