@@ -52,6 +52,11 @@ impl Frame {
         }
     }
 
+    /// Ends whatever stands before a message that nothing has been written of.
+    pub fn separate(&mut self, ring: &mut [u8]) {
+        self.put(ring, 0);
+    }
+
     /// Adds to the message.
     pub fn write(&mut self, ring: &mut [u8], bytes: &[u8]) {
         let mut frame = *self;
