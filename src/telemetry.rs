@@ -10,6 +10,13 @@ pub use crate::event::{EVENTS, Event, Events};
 pub use record::{Record, RecordError};
 pub use snapshot::Snapshot;
 
+/// Stands in a message right before the running build's id, so that a host whose ELF file is another image's finds it
+/// all the same.
+pub const BUILD_MARK: &str = "softgrip build ";
+
+/// Length of that id.
+pub const BUILD_BYTES: usize = 8;
+
 /// Indicator outputs for the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -8,10 +8,10 @@ use core::sync::atomic::Ordering::Relaxed;
 use embassy_time::{Duration, Instant, with_deadline};
 use heapless::spsc::Consumer;
 use softgrip::TICK_US;
-use softgrip::telemetry::Record;
+use softgrip::telemetry::{BUILD_MARK, Record};
 
 use crate::board::Clock;
-use crate::identity::Identity;
+use crate::identity::{self, Identity};
 use crate::links::{
     EVENT_SENT, EVENTS_LOST, LONGEST_TICK_OF_SECOND_US, LONGEST_TICK_US, Numbered,
     TELEMETRY_PERIOD_US, TELEMETRY_RAN, TELL_IDENTITY, TICK,
@@ -45,7 +45,13 @@ impl Second {
         }
         self.ends += Self::LENGTH;
         LONGEST_TICK_OF_SECOND_US.store(self.longest_us, Relaxed);
-        defmt::info!("longest tick of the last second {=u32} us", self.longest_us);
+        // With the build, so that whoever comes later knows soon whether he reads what runs.
+        defmt::info!(
+            "longest tick of the last second {=u32} us, {=str}{=[u8; 8]:02x}",
+            self.longest_us,
+            BUILD_MARK,
+            *identity::build(),
+        );
         self.longest_us = 0;
     }
 }
