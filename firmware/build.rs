@@ -31,14 +31,19 @@ const MEMORY_MAPS: [(&str, &str); 2] = [
     ),
 ];
 
-/// Puts the chosen board's memory map where the linker looks for memory.x.
+/// Puts the chosen board's memory map, and what all images have behind it, where the linker looks for memory.x.
 fn memory_map() {
     let out = std::env::var("OUT_DIR").expect("cargo sets it");
-    for (feature, file) in MEMORY_MAPS {
-        let path = format!("{}/../{file}", env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| {
+        let path = format!("{}/{file}", env!("CARGO_MANIFEST_DIR"));
         println!("cargo::rerun-if-changed={path}");
+        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
+    };
+    let build_id = read("build_id.x");
+    for (feature, file) in MEMORY_MAPS {
+        let map = read(&format!("../{file}"));
         if std::env::var_os(feature).is_some() {
-            std::fs::copy(&path, format!("{out}/memory.x")).expect("the map is there");
+            std::fs::write(format!("{out}/memory.x"), map + &build_id).expect("it can be written");
         }
     }
     println!("cargo::rustc-link-search={out}");
@@ -49,7 +54,7 @@ fn main() {
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
         println!("cargo::rustc-env=SOFTGRIP_COMMIT={}", commit());
         memory_map();
-        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        for argument in ["--nmagic", "--build-id=fast", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");
         }
     }
