@@ -22,30 +22,28 @@ fn commit() -> String {
     }
 }
 
-/// The memory map of each board, by its feature.
-const MEMORY_MAPS: [(&str, &str); 2] = [
-    ("CARGO_FEATURE_BOARD_NUCLEO_F429ZI", "memory.x"),
+/// The memories of each board, by its feature.
+const MEMORIES: [(&str, &str); 2] = [
+    (
+        "CARGO_FEATURE_BOARD_NUCLEO_F429ZI",
+        "../boards/nucleo_f429zi.x",
+    ),
     (
         "CARGO_FEATURE_BOARD_NUCLEO_G474RE",
-        "boards/nucleo_g474re.x",
+        "../boards/nucleo_g474re.x",
     ),
 ];
 
-/// Puts the chosen board's memory map, and what all images have behind it, where the linker looks for memory.x.
-fn memory_map() {
+/// Puts the chosen board's memories where the linker finds what memory.x includes.
+fn memories() {
     let out = std::env::var("OUT_DIR").expect("cargo sets it");
-    let read = |file: &str| {
-        let path = format!("{}/{file}", env!("CARGO_MANIFEST_DIR"));
-        println!("cargo::rerun-if-changed={path}");
-        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
-    };
-    let build_id = read("build_id.x");
-    for (feature, file) in MEMORY_MAPS {
-        let map = read(&format!("../{file}"));
+    for (feature, file) in MEMORIES {
+        println!("cargo::rerun-if-changed={file}");
         if std::env::var_os(feature).is_some() {
-            std::fs::write(format!("{out}/memory.x"), map + &build_id).expect("it can be written");
+            std::fs::copy(file, format!("{out}/board.x")).expect("it is there");
         }
     }
+    println!("cargo::rerun-if-changed=../memory.x");
     println!("cargo::rustc-link-search={out}");
 }
 
@@ -53,7 +51,7 @@ fn memory_map() {
 fn main() {
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
         println!("cargo::rustc-env=SOFTGRIP_COMMIT={}", commit());
-        memory_map();
+        memories();
         for argument in ["--nmagic", "--build-id=fast", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");
         }
