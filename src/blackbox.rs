@@ -12,7 +12,7 @@
 //! | 1 | what came: 1 the residuals collapsed, 2 one finger emptied, 3 nothing was there after a change of pressure; or 256 more than a fault's code |
 //! | 2, 3 | when, µs, lower half first; zero where the program failed, as nobody knows |
 //! | 4 | the tick in which it came, counted as the blocks do |
-//! | 5 … | 24 blocks of 53 words: number of the first tick; how many ticks (upper half) and the command; codes of gauges 1 and 2; of gauge 3 and monitor; then the bits, from each word's highest on |
+//! | 5 … | 24 blocks of 53 words: number of the first tick; how many ticks (upper half) and the command; codes of gauges 1 and 2; of gauge 3 and monitor (all gauges and the monitor in pairs); then the bits, from each word's highest on |
 
 mod keep;
 mod layout;

@@ -67,6 +67,17 @@ pub struct Reading {
     pub overrun: bool,
 }
 
+impl Reading {
+    /// The strain of each gauge, µε, where all of them can be trusted.
+    pub fn strains(&self) -> Option<[f32; FINGERS]> {
+        let mut strains = [0.0; FINGERS];
+        for (place, gauge) in strains.iter_mut().zip(&self.gauges) {
+            *place = gauge.strain()?.0;
+        }
+        Some(strains)
+    }
+}
+
 /// The state behind the readings: fault timers, noise.
 #[derive(Debug, Clone, Copy)]
 pub struct Conditioner {

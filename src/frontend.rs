@@ -190,13 +190,18 @@ impl FrontEnd {
 
     /// The front end of these settings, with gauges of this gain.
     pub const fn of(settings: &Settings, gain: [f32; FINGERS]) -> Self {
-        let [a, b, c] = gain;
         let full_scale_ue = settings.gauge_full_scale_ue;
         let ue_per_code = V_PER_ADC_CODE * full_scale_ue / settings.gauge_full_scale_v;
+        let mut gauge_ue_per_code = gain;
+        let mut gauge = 0;
+        while gauge < FINGERS {
+            gauge_ue_per_code[gauge] *= ue_per_code;
+            gauge += 1;
+        }
         let full_scale_kpa = settings.regulator_full_scale_kpa;
         Self {
             amplifier: Amplifier::of(settings),
-            gauge_ue_per_code: [a * ue_per_code, b * ue_per_code, c * ue_per_code],
+            gauge_ue_per_code,
             monitor_kpa_per_code: V_PER_ADC_CODE * full_scale_kpa / settings.monitor_full_scale_v,
             monitor_high_above: AdcCode((settings.monitor_high_above_v / V_PER_ADC_CODE) as u16),
             supply_v_per_code: V_PER_ADC_CODE * settings.supply_divider,

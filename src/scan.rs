@@ -30,9 +30,12 @@ pub fn average(
         }
         count = count.wrapping_add(1);
     }
-    let [gauge_1, gauge_2, gauge_3, monitor, supply, reference] = sums.map(|sum| mean(sum, count));
+    let means = sums.map(|sum| mean(sum, count));
+    let Some((&gauges, &[monitor, supply, reference])) = means.split_first_chunk() else {
+        return RawFrame::default();
+    };
     RawFrame {
-        gauges: [gauge_1, gauge_2, gauge_3],
+        gauges,
         monitor,
         supply,
         rail: frontend::rail(reference, calibrated),

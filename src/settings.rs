@@ -17,7 +17,7 @@ pub use tree::Settings;
 use crate::units::FINGERS;
 
 /// The numbers of the settings that a tare changes.
-pub const TARE: [u16; FINGERS] = [510, 511, 512];
+pub const TARE: [u16; FINGERS] = softgrip_settings::per_finger(510);
 /// The number of one that a sweep may leave as it is ([`Calibration::stated`]).
 pub const REGULATOR_LAG: u16 = 110;
 

@@ -1,8 +1,8 @@
 //! Quantities with their unit in the type, for every public boundary, and the two numbers that everything is
 //! made for: fingers and ticks.
 
-/// Fingers, and strain gauges, of the gripper.
-pub const FINGERS: usize = 3;
+pub use softgrip_table::FINGERS;
+
 /// Control tick, µs.
 pub const TICK_US: u64 = 1_000;
 

@@ -6,7 +6,7 @@
 //! more than 1000 µε since the last tare. Beyond that a tare is asked for.
 
 use crate::command::TareFault;
-use crate::condition::{Gauge, Monitor, Reading};
+use crate::condition::{Monitor, Reading};
 use crate::estimate::{Contact, OPEN_KPA};
 use crate::units::{FINGERS, Microstrain, TICK_US};
 
@@ -233,7 +233,7 @@ impl Zero {
         if reading.gauges.iter().any(|gauge| gauge.has_failed()) {
             return Some(Err(TareFault::Gauge));
         }
-        let [Some(a), Some(b), Some(c)] = reading.gauges.map(Gauge::strain) else {
+        let Some(strain_ue) = reading.strains() else {
             // A spike, or a tick without data: the next one counts.
             self.tare = Some(tare);
             return None;
@@ -241,7 +241,7 @@ impl Zero {
         if !open {
             return Some(Err(TareFault::Pressure));
         }
-        if !tare.add([a.0, b.0, c.0]) {
+        if !tare.add(strain_ue) {
             self.tare = Some(tare);
             return None;
         }

@@ -2,7 +2,9 @@
 
 use core::fmt::{Display, Formatter, Result};
 
-use crate::robot::{Access, BLACK_BOX_FROM, DETAILS, REFUSALS, REGISTERS, SETTINGS_FROM, Shape};
+use crate::robot::{
+    Access, BLACK_BOX_FROM, DETAILS, FOURTH, FOURTH_FROM, REFUSALS, REGISTERS, SETTINGS_FROM, Shape,
+};
 use softgrip::blackbox;
 
 /// Every register and every number, as tables of Markdown.
@@ -39,6 +41,11 @@ impl Display for Page {
                 "| 0x{address:04X} | {registers} | {access} | {name} | {unit} | {meaning} |"
             )?;
         }
+        writeln!(
+            f,
+            "| 0x{FOURTH_FROM:04X} | {}, one each value | read | finger 4 | as theirs | Of a gripper with four fingers: residual, noise, drift, gauge fault and loss evidence of the fourth. Others have no such registers, and one with two leaves the third of each row above unknown |",
+            FOURTH.len()
+        )?;
         writeln!(
             f,
             "| 0x{SETTINGS_FROM:04X} + 2 · number | 2, float | read, write | setting | as set | The setting with this number (settings.md) |"

@@ -17,7 +17,8 @@ mod registers;
 pub use link::{Fate, Link, Record, Status, Wishes};
 pub use numbers::{DETAILS, REFUSALS};
 pub use registers::{
-    Access, BLACK_BOX_FROM, Item, MAP_VERSION, REGISTERS, Register, SETTINGS_FROM, Shape,
+    Access, BLACK_BOX_FROM, FOURTH, FOURTH_FROM, Item, MAP_VERSION, REGISTERS, Register,
+    SETTINGS_FROM, Shape,
 };
 
 use compatible::{Compatible, Fingers};

@@ -15,9 +15,11 @@ use crate::object::{Object, Touch};
 /// Standard gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// A gripper of three equal fingers at one pressure.
+/// A gripper of equal fingers, evenly spaced, at one pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grip {
+    /// How many there are.
+    pub fingers: usize,
     /// Length of each link, from the clamp to the tip, m.
     pub link_length_m: [f64; LINKS],
     /// Torsional stiffness `k_i` of each joint, N·m/rad (eq. 24).
@@ -32,7 +34,7 @@ pub struct Grip {
     pub friction: f64,
 }
 
-/// The gripper in equilibrium with an object that is about to slide towards the tips. The three fingers are
+/// The gripper in equilibrium with an object that is about to slide towards the tips. The fingers are
 /// alike, so everything but the lift is of one of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hold {
@@ -44,7 +46,7 @@ pub struct Hold {
     pub contacts: Vec<Contact>,
     /// Normal force `N` of each of them, N.
     pub normal_n: Vec<f64>,
-    /// Force of the three fingers against gravity, N (eq. 35, corrected: [`contact::lift_n`]).
+    /// Force of all fingers against gravity, N (eq. 35, corrected: [`contact::lift_n`]).
     pub lift_n: f64,
 }
 
@@ -249,7 +251,7 @@ impl Grip {
         Hold {
             depth_m,
             joint_angle_rad: angle,
-            lift_n: contact::lift_n(&contacts, &normal_n),
+            lift_n: contact::lift_n(self.fingers, &contacts, &normal_n),
             contacts,
             normal_n,
         }
@@ -262,6 +264,7 @@ mod tests {
     use proptest::prelude::*;
 
     const GRIP: Grip = Grip {
+        fingers: 3,
         link_length_m: [0.018, 0.018, 0.018, 0.018, 0.018, 0.010],
         joint_stiffness_nm_per_rad: [0.236, 0.112, 0.107, 0.096, 0.093, 0.064],
         free_angle_rad: [0.2, 0.22, 0.29, 0.23, 0.24, 0.11],

@@ -14,9 +14,6 @@ use softgrip_table::LINKS;
 
 use crate::links;
 
-/// Fingers of the gripper, evenly spaced around the object.
-pub const FINGERS: f64 = 3.0;
-
 /// A contact between a link and the object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
@@ -150,15 +147,15 @@ pub fn balance(
 }
 
 /// Force of all fingers on the object along the gripper's axis, N, against gravity when the unbent fingers
-/// point down: `3 Σ (N n + f t)`, which carries `m (g + a)` (eq. 35; its horizontal row has no factor 3,
-/// because three evenly spaced radial forces cancel).
-pub fn lift_n(contacts: &[Contact], normal_n: &[f64]) -> f64 {
+/// point down: `3 Σ (N n + f t)` for three, which carries `m (g + a)` (eq. 35; its horizontal row has no factor 3,
+/// because evenly spaced radial forces cancel). The contacts are those of one finger.
+pub fn lift_n(fingers: usize, contacts: &[Contact], normal_n: &[f64]) -> f64 {
     let down: f64 = contacts
         .iter()
         .zip(normal_n)
         .map(|(contact, &normal)| contact.force_n(normal)[0])
         .sum();
-    -FINGERS * down
+    -(fingers as f64) * down
 }
 
 /// Whether no contact slips at the coefficient of friction `μ`: `|f_j| ≤ μ N_j` at each of them (eqs. 36–37,
@@ -246,7 +243,7 @@ mod tests {
         // The other joints were not bent back, so they lack torque: this is no equilibrium yet.
         assert!(balance.missing_torque_nm[0] < -0.1);
         // The last link points 0.6 rad inwards: its normal force lifts.
-        let lift = lift_n(&[tip], &balance.normal_n);
+        let lift = lift_n(3, &[tip], &balance.normal_n);
         assert!((lift - 3.0 * expected * 0.6f64.sin()).abs() < 1e-12);
     }
 

@@ -1,4 +1,4 @@
-//! How three fingers of a recipe stand around its objects, and what they lift.
+//! How the fingers of a gripper stand around its objects, and what they lift.
 
 use crate::capability::{Grip, GripError};
 use crate::chain::Chain;
@@ -13,9 +13,11 @@ pub struct Gripped {
     pub depth_m: f64,
 }
 
-/// How three fingers stand around an object.
+/// How the fingers stand around an object: evenly spaced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grasp {
+    /// How many there are: two to four.
+    pub fingers: usize,
     /// Distance of the fingers' clamps from the gripper's axis, m.
     pub palm_radius_m: f64,
     /// Distance of the finger's touching surface from the chain, m.
@@ -29,9 +31,10 @@ pub struct Grasp {
 }
 
 impl Grasp {
-    /// Three such fingers at a pressure, kPa, as statics takes them.
+    /// These fingers at a pressure, kPa, as statics takes them.
     pub fn grip(&self, finger: &Chain, pressure_kpa: f64) -> Grip {
         Grip {
+            fingers: self.fingers,
             link_length_m: finger.link_length_m,
             joint_stiffness_nm_per_rad: finger.joint_stiffness_nm_per_rad,
             free_angle_rad: finger.joint_angles_rad(pressure_kpa),
@@ -41,10 +44,11 @@ impl Grasp {
         }
     }
 
-    /// Pressure at which the tips of three free fingers meet on the gripper's axis, kPa: three round links touch
-    /// one another with their centres `2ρ/√3` away from it. None if they do not.
+    /// Pressure at which the tips of the free fingers meet on the gripper's axis, kPa: `n` round links touch
+    /// one another with their centres `ρ/sin(π/n)` away from it. None if they do not.
     pub fn meeting_kpa(&self, finger: &Chain) -> Option<f64> {
-        let reach_m = self.palm_radius_m - 2.0 * self.link_radius_m / 3f64.sqrt();
+        let apart_rad = std::f64::consts::PI / self.fingers as f64;
+        let reach_m = self.palm_radius_m - self.link_radius_m / apart_rad.sin();
         let meets = |kpa: f64| finger.tip_position_m(kpa)[1] >= reach_m;
         let (mut low, mut high) = (0.0, finger.max_pressure_kpa());
         if !meets(high) {
@@ -61,7 +65,7 @@ impl Grasp {
         Some(high)
     }
 
-    /// Greatest force of three fingers against gravity on an object at a pressure, kPa, in N
+    /// Greatest force of all fingers against gravity on an object at a pressure, kPa, in N
     /// ([`Grip::strongest`]); none where fingers and object find no equilibrium.
     ///
     /// # Errors

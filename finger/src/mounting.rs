@@ -20,11 +20,17 @@ pub(crate) struct GaugePart {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct GraspPart {
+    #[serde(default = "three")]
+    fingers: usize,
     palm_radius_mm: f64,
     link_radius_mm: f64,
     friction: f64,
     sphere: SpherePart,
     cylinder: CylinderPart,
+}
+
+fn three() -> usize {
+    3
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -61,6 +67,7 @@ impl GaugePart {
 
 impl GraspPart {
     pub(crate) fn check(&self, finger_mm: f64) -> Result<Grasp, FieldError> {
+        within("grasp.fingers", self.fingers as f64, 2.0, 4.0)?;
         let palm = self.palm_radius_mm;
         within("grasp.palm_radius_mm", palm, 1.0, 1000.0)?;
         within("grasp.link_radius_mm", self.link_radius_mm, 0.1, palm)?;
@@ -79,6 +86,7 @@ impl GraspPart {
         within("grasp.cylinder.height_mm", cylinder.height_mm, 1.0, 1000.0)?;
         within("grasp.cylinder.depth_mm", cylinder.depth_mm, 0.1, finger_mm)?;
         Ok(Grasp {
+            fingers: self.fingers,
             palm_radius_m: 1e-3 * palm,
             link_radius_m: 1e-3 * self.link_radius_mm,
             friction: self.friction,

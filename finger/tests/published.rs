@@ -174,6 +174,7 @@ fn lift_n(grip: &Grip, object: &str) -> f64 {
 
 fn grip(link_length_m: [f64; LINKS], stiffness: [f64; LINKS], free: [f64; LINKS]) -> Grip {
     Grip {
+        fingers: 3,
         link_length_m,
         joint_stiffness_nm_per_rad: stiffness,
         free_angle_rad: free,

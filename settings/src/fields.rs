@@ -1,13 +1,62 @@
 //! The one table of all settings.
 
+use softgrip_table::FINGERS;
+
 use crate::field::{Field, Kind};
 
 /// Every setting, in the order of their numbers; those of a table in the file follow one another.
 ///
 /// A setting is added by a row here, a field in the stage that uses it, and a line of `each` in
 /// `src/settings/leaves.rs`. A number that was ever released is not used again.
+pub const FIELDS: [Field; COUNT] = of_this_gripper();
+
+/// The first numbers of those that there are one of for each finger.
+const PER_FINGER: [u16; 4] = [220, 230, 500, 510];
+/// Fingers that a gripper has at most.
+const MOST_FINGERS: usize = 4;
+/// Number of settings.
+pub const COUNT: usize = ALL.len() - PER_FINGER.len() * (MOST_FINGERS - FINGERS);
+
+/// The numbers of a setting of each finger, from that of the first.
+pub const fn per_finger(first: u16) -> [u16; FINGERS] {
+    let mut numbers = [first; FINGERS];
+    let mut finger = 0;
+    while finger < FINGERS {
+        numbers[finger] += finger as u16;
+        finger += 1;
+    }
+    numbers
+}
+
+/// Whether a gripper of so many fingers as this has a setting.
+const fn exists(number: u16) -> bool {
+    let mut i = 0;
+    while i < PER_FINGER.len() {
+        let first = PER_FINGER[i];
+        if number >= first + FINGERS as u16 && number < first + MOST_FINGERS as u16 {
+            return false;
+        }
+        i += 1;
+    }
+    true
+}
+
+const fn of_this_gripper() -> [Field; COUNT] {
+    let mut fields = [ALL[0]; COUNT];
+    let (mut from, mut to) = (0, 0);
+    while from < ALL.len() {
+        if exists(ALL[from].number) {
+            fields[to] = ALL[from];
+            to += 1;
+        }
+        from += 1;
+    }
+    fields
+}
+
+/// Those of a gripper with as many fingers as there may be.
 #[rustfmt::skip]
-pub const FIELDS: [Field; 59] = [
+const ALL: [Field; 63] = [
     of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
     of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
     of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
@@ -19,9 +68,11 @@ pub const FIELDS: [Field; 59] = [
     of(220, "finger.free_bend_gain[0]", "", 0.5, 2.0, 1.0, FREE_BEND),
     of(221, "finger.free_bend_gain[1]", "", 0.5, 2.0, 1.0, FREE_BEND),
     of(222, "finger.free_bend_gain[2]", "", 0.5, 2.0, 1.0, FREE_BEND),
+    of(223, "finger.free_bend_gain[3]", "", 0.5, 2.0, 1.0, FREE_BEND),
     of(230, "finger.stiffness[0]", "", 0.7, 1.5, 1.0, STIFFNESS),
     of(231, "finger.stiffness[1]", "", 0.7, 1.5, 1.0, STIFFNESS),
     of(232, "finger.stiffness[2]", "", 0.7, 1.5, 1.0, STIFFNESS),
+    of(233, "finger.stiffness[3]", "", 0.7, 1.5, 1.0, STIFFNESS),
     of(240, "finger.meeting_kpa", "kPa", 0.0, 1_000.0, 0.0, "Pressure at which the recipe's free fingers would bend as far as these do when they meet; 0: as the table says"),
     of(241, "finger.empty_percent", "%", 0.1, 50.0, 4.0, "Fingers that close on nothing until they meet lack less of the strain that they show there"),
     of(242, "finger.around_percent", "%", 0.0, 100.0, 75.0, "Fingers that bend on beyond where they meet with less than this share of a free finger's strain bend around something small"),
@@ -51,9 +102,11 @@ pub const FIELDS: [Field; 59] = [
     of(500, "gauge.gain[0]", "", 0.5, 2.0, 1.0, GAIN),
     of(501, "gauge.gain[1]", "", 0.5, 2.0, 1.0, GAIN),
     of(502, "gauge.gain[2]", "", 0.5, 2.0, 1.0, GAIN),
+    of(503, "gauge.gain[3]", "", 0.5, 2.0, 1.0, GAIN),
     of(510, "gauge.tare_ue[0]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
     of(511, "gauge.tare_ue[1]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
     of(512, "gauge.tare_ue[2]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
+    of(513, "gauge.tare_ue[3]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
 
     of(600, "front_end.gauge_zero_v", "V", 0.5, 2.8, 1.65, "Output of a gauge's amplifier without strain"),
     of(601, "front_end.gauge_full_scale_v", "V", 0.1, 1.6, 1.5, "By so much it differs from that at full scale"),

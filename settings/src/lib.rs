@@ -21,9 +21,9 @@ mod values;
 
 pub use error::SettingsError;
 pub use field::{Field, Kind, Limit};
-pub use fields::FIELDS;
+pub use fields::{COUNT, FIELDS, per_finger};
 pub use record::{Decoded, ENCODED_BYTES};
-pub use values::{COUNT, LIMITS, Values, place};
+pub use values::{LIMITS, Values, place};
 
 /// Version of the settings file.
 pub const VERSION: u16 = 1;

@@ -3,7 +3,8 @@
 //! Six bytes each, little-endian: the number (`u16`) and the value (`f32`). A number never means something else, so
 //! an older or newer release reads what it knows, and a setting that was left alone follows the factory's.
 
-use crate::values::{COUNT, LIMITS, Values};
+use crate::fields::COUNT;
+use crate::values::{LIMITS, Values};
 
 /// Bytes of one setting.
 const BYTES: usize = 6;

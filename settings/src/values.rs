@@ -2,10 +2,7 @@
 
 use crate::error::SettingsError;
 use crate::field::{Limit, smaller};
-use crate::fields::FIELDS;
-
-/// Number of settings.
-pub const COUNT: usize = FIELDS.len();
+use crate::fields::{COUNT, FIELDS};
 
 /// The range of every setting, in the order of [`FIELDS`].
 pub static LIMITS: [Limit; COUNT] = limits();

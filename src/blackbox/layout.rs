@@ -2,6 +2,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use crate::units::FINGERS;
+
 /// Words of the black box.
 pub const WORDS: usize = HEAD + BLOCKS * BLOCK;
 /// Words before the first block.
@@ -10,10 +12,10 @@ pub const HEAD: usize = 5;
 pub const BLOCKS: usize = 24;
 /// Words of a block.
 pub const BLOCK: usize = 53;
-/// Its words before the first code.
-pub const BLOCK_HEAD: usize = 4;
 /// Gauges, monitor, command.
-pub const CHANNELS: usize = 5;
+pub const CHANNELS: usize = FINGERS + 2;
+/// Its words before the first code: its first tick; how many, and the last channel; the others in pairs.
+pub const BLOCK_HEAD: usize = 2 + (CHANNELS - 1).div_ceil(2);
 /// A block that nothing was written to.
 pub const UNUSED: u32 = u32::MAX;
 

@@ -33,15 +33,16 @@ struct Block<'a> {
 
 impl<'a> Block<'a> {
     fn of(words: &'a [u32]) -> Option<Self> {
-        let (&[tick, count, ab, c_monitor], rest) = words.split_first_chunk::<BLOCK_HEAD>()?;
-        let (upper, lower) = (|word: u32| (word >> 16) as u16, |word: u32| word as u16);
-        let codes = [
-            upper(ab),
-            lower(ab),
-            upper(c_monitor),
-            lower(c_monitor),
-            lower(count),
-        ];
+        let (&[tick, count, ref pairs @ ..], rest) = words.split_first_chunk::<BLOCK_HEAD>()?;
+        let measured = pairs
+            .iter()
+            .flat_map(|pair| [(pair >> 16) as u16, *pair as u16]);
+        let mut codes = [0; CHANNELS];
+        let [places @ .., command] = &mut codes;
+        for (place, code) in places.iter_mut().zip(measured) {
+            *place = code;
+        }
+        *command = count as u16;
         Some(Self {
             next: Kept { tick, codes },
             predictors: Predictor::all(&codes),

@@ -16,8 +16,13 @@ const AFTER: u16 = 100;
 
 /// 12 bits of what the converters had: less than a third of their noise is in the rest.
 fn codes(frame: &RawFrame, command: DacCode) -> Codes {
-    let [a, b, c] = frame.gauges.map(|code| code.0 >> 4);
-    [a, b, c, frame.monitor.0 >> 4, command.0 & 0xfff]
+    let mut codes = [0; CHANNELS];
+    let measured = frame.gauges.iter().chain([&frame.monitor]);
+    let kept = measured.map(|code| code.0 >> 4).chain([command.0 & 0xfff]);
+    for (place, code) in codes.iter_mut().zip(kept) {
+        *place = code;
+    }
+    codes
 }
 
 /// What writes it.
@@ -127,17 +132,20 @@ impl Recorder {
 
     /// Begins the next block with these codes.
     fn begin(&mut self, codes: &Codes) {
-        let &[a, b, c, monitor, command] = codes;
+        let [measured @ .., command] = codes;
         self.block = self.block.wrapping_add(1) % BLOCKS;
         self.writer = Writer::EMPTY;
         self.count = 1;
         self.predictors = Predictor::all(codes);
-        self.first_command = command;
+        self.first_command = *command;
         let pair = |high: u16, low: u16| u32::from(high) << 16 | u32::from(low);
-        let head = [self.tick, pair(1, command), pair(a, b), pair(c, monitor)];
         let at = HEAD.wrapping_add(self.block.wrapping_mul(BLOCK));
-        for (word, value) in head.into_iter().enumerate() {
-            store(self.memory, at.wrapping_add(word), value);
+        store(self.memory, at, self.tick);
+        store(self.memory, at.wrapping_add(1), pair(1, *command));
+        for (word, codes) in (2..BLOCK_HEAD).zip(measured.chunks(2)) {
+            let low = codes.get(1).copied().unwrap_or(0);
+            let high = codes.first().copied().unwrap_or(0);
+            store(self.memory, at.wrapping_add(word), pair(high, low));
         }
     }
 

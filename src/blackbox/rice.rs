@@ -1,6 +1,7 @@
 //! What a channel's next code is taken to be, and the bits that tell how far off that was.
 
 use super::layout::{CHANNELS, Codes};
+use crate::units::FINGERS;
 
 /// At most so many ones, and the bits of what is off by as much as 12-bit codes can be.
 pub const MOST_ONES: u32 = 11;
@@ -23,14 +24,19 @@ pub struct Predictor {
 
 impl Predictor {
     /// One for each channel, starting at its code.
-    pub fn all(&[a, b, c, monitor, command]: &Codes) -> [Self; CHANNELS] {
-        let starting_at = |code: u16, shift| Self {
-            code: i32::from(code) << 3,
-            shift,
+    pub fn all(codes: &Codes) -> [Self; CHANNELS] {
+        let mut predictors = [Self {
+            code: 0,
+            shift: 0,
             mean: MEAN,
-        };
-        let [a, b, c] = [a, b, c].map(|code| starting_at(code, 2));
-        [a, b, c, starting_at(monitor, 0), starting_at(command, 0)]
+        }; CHANNELS];
+        for (predictor, code) in predictors.iter_mut().zip(codes) {
+            predictor.code = i32::from(*code) << 3;
+        }
+        for gauge in predictors.iter_mut().take(FINGERS) {
+            gauge.shift = 2;
+        }
+        predictors
     }
 
     /// A code's bits and their number: as many ones as the upper part of how far it is off, a zero, and the lower part;

@@ -37,31 +37,41 @@ const EMPTY_PERCENT: f32 = 10.0;
 /// Share of full scale by which a table may be wrong, percent, whatever a fit says: the default of the setting.
 pub(super) const CONTACT_PERCENT: f32 = 5.0;
 
+/// Settings that a sweep states.
+const STATED: usize = 8 + 2 * FINGERS;
+
 impl Calibration {
     /// The settings that it stands for, by number, for [`Settings::with`](crate::settings::Settings::with). A curve that is
     /// known less well than the defaults take for granted makes contact of a larger residual. The regulator's delay is
     /// left as it is where nothing new was learned: `regulator_ms` is what it is now.
-    pub fn stated(&self, regulator_ms: f32, table: &FingerTable) -> [(u16, f32); 14] {
-        let ([a, b, c], [x, y, z]) = (self.gain, self.stiffness);
+    pub fn stated(&self, regulator_ms: f32, table: &FingerTable) -> [(u16, f32); STATED] {
         let [up_ms, down_ms] = self.lag_ms.map(|ms| larger(1.0, smaller(ms, 5_000.0)));
         // A fast close does it by up to a quarter less than the slow one of the sweep.
         let passing_percent = 100.0 * self.passing_share - 30.0;
         let hysteresis = 100.0 * self.hysteresis_kpa / table.max_pressure_kpa;
-        [
-            (110, self.regulator_ms.unwrap_or(regulator_ms)),
-            (202, larger(CONTACT_PERCENT, 2.0 * self.error_percent)),
-            (220, a),
-            (221, b),
-            (222, c),
-            (230, x),
-            (231, y),
-            (232, z),
-            (240, self.meeting.map_or(0.0, |pressure| pressure.0)),
-            (241, EMPTY_PERCENT),
-            (242, larger(0.0, smaller(AROUND_PERCENT, passing_percent))),
-            (250, up_ms),
-            (251, down_ms),
-            (252, larger(0.0, smaller(hysteresis, 25.0))),
-        ]
+        let mut stated = [(0, 0.0); STATED];
+        let mut put = |at: usize, number: u16, value: f32| {
+            if let Some(place) = stated.get_mut(at) {
+                *place = (number, value);
+            }
+        };
+        let regulator_ms = self.regulator_ms.unwrap_or(regulator_ms);
+        let contact_percent = larger(CONTACT_PERCENT, 2.0 * self.error_percent);
+        let meeting_kpa = self.meeting.map_or(0.0, |pressure| pressure.0);
+        let around_percent = larger(0.0, smaller(AROUND_PERCENT, passing_percent));
+        put(0, 110, regulator_ms);
+        put(1, 202, contact_percent);
+        put(2, 240, meeting_kpa);
+        put(3, 241, EMPTY_PERCENT);
+        put(4, 242, around_percent);
+        put(5, 250, up_ms);
+        put(6, 251, down_ms);
+        put(7, 252, larger(0.0, smaller(hysteresis, 25.0)));
+        let fingers = self.gain.iter().zip(&self.stiffness);
+        for (finger, (gain, stiffness)) in (0..FINGERS).zip(fingers) {
+            put(8 + finger, 220 + finger as u16, *gain);
+            put(8 + FINGERS + finger, 230 + finger as u16, *stiffness);
+        }
+        stated
     }
 }

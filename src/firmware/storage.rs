@@ -143,9 +143,12 @@ pub async fn run(keeper: &'static mut Keeper) -> ! {
     loop {
         LEARNED.wait().await;
         let mut saves = SAVE.swap(false, Relaxed);
-        if let Some([a, b, c]) = TARED.try_take() {
-            let [x, y, z] = TARE;
-            learn(&[(x, a), (y, b), (z, c)]);
+        if let Some(tare_ue) = TARED.try_take() {
+            let mut stated = TARE.map(|number| (number, 0.0));
+            for ((_, value), ue) in stated.iter_mut().zip(tare_ue) {
+                *value = ue;
+            }
+            learn(&stated);
             saves = true;
         }
         if let Some(found) = SWEPT.try_take() {

@@ -10,7 +10,6 @@ use fit::{Fit, Knee, LEVELS, Level, Progress as Fitting, strain_ue};
 use super::situation::Situation;
 use crate::air::REACHED_KPA;
 use crate::command::SweepFault;
-use crate::condition::Gauge;
 use crate::estimate::{Calibration, loop_share};
 use crate::math::larger;
 use crate::table::FingerTable;
@@ -140,7 +139,7 @@ impl Sweep {
         if reading.gauges.iter().any(|gauge| gauge.has_failed()) {
             return Err(SweepFault::Gauge);
         }
-        let [Some(a), Some(b), Some(c)] = reading.gauges.map(Gauge::strain) else {
+        let Some(strain_ue) = reading.strains() else {
             // A spike, or a tick without data: the next one counts.
             return Ok(());
         };
@@ -151,7 +150,6 @@ impl Sweep {
             // Such gauges tell contact alone, and nothing of a free bend.
             return Err(SweepFault::Gauge);
         }
-        let strain_ue = [a.0, b.0, c.0];
         self.sums.kpa += pressure.0;
         self.area.kpa += pressure.0 - self.before.kpa;
         let sums = self.sums.strain_ue.iter_mut().zip(&mut self.area.strain_ue);

@@ -1,6 +1,6 @@
 //! Typed fields ↔ values by number.
 
-use softgrip_settings::{COUNT, Values};
+use softgrip_settings::{COUNT, Values, per_finger};
 
 use super::tree::Settings;
 use crate::estimate::GaugeSense;
@@ -66,12 +66,12 @@ impl Settings {
         visit(200, Leaf::GaugeSense(&mut self.finger.gauge_sense));
         visit(201, Number(&mut self.finger.contact_ue));
         visit(202, Number(&mut self.finger.contact_percent));
-        visit(220, Number(&mut self.finger.free_bend_gain[0]));
-        visit(221, Number(&mut self.finger.free_bend_gain[1]));
-        visit(222, Number(&mut self.finger.free_bend_gain[2]));
-        visit(230, Number(&mut self.finger.stiffness[0]));
-        visit(231, Number(&mut self.finger.stiffness[1]));
-        visit(232, Number(&mut self.finger.stiffness[2]));
+        for (number, value) in per_finger(220).into_iter().zip(&mut self.finger.free_bend_gain) {
+            visit(number, Number(value));
+        }
+        for (number, value) in per_finger(230).into_iter().zip(&mut self.finger.stiffness) {
+            visit(number, Number(value));
+        }
         visit(240, Number(&mut self.finger.meeting_kpa));
         visit(241, Number(&mut self.finger.empty_percent));
         visit(242, Number(&mut self.finger.around_percent));
@@ -95,12 +95,12 @@ impl Settings {
         visit(406, Leaf::OnFault(&mut self.grip.on_fault));
         visit(407, Leaf::OnLoss(&mut self.grip.on_loss));
         visit(408, Number(&mut self.grip.regrip_raise_kpa));
-        visit(500, Number(&mut self.gauge.gain[0]));
-        visit(501, Number(&mut self.gauge.gain[1]));
-        visit(502, Number(&mut self.gauge.gain[2]));
-        visit(510, Number(&mut self.gauge.tare_ue[0]));
-        visit(511, Number(&mut self.gauge.tare_ue[1]));
-        visit(512, Number(&mut self.gauge.tare_ue[2]));
+        for (number, value) in per_finger(500).into_iter().zip(&mut self.gauge.gain) {
+            visit(number, Number(value));
+        }
+        for (number, value) in per_finger(510).into_iter().zip(&mut self.gauge.tare_ue) {
+            visit(number, Number(value));
+        }
         visit(600, Number(&mut self.front_end.gauge_zero_v));
         visit(601, Number(&mut self.front_end.gauge_full_scale_v));
         visit(602, Number(&mut self.front_end.gauge_full_scale_ue));

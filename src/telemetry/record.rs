@@ -63,11 +63,21 @@ impl fmt::Display for RecordError {
 
 impl core::error::Error for RecordError {}
 
+/// Codes of 16 bits in pairs: of each gauge, monitor, supply, rail, scans, converter.
+const PAIRS: usize = (FINGERS + 5).div_ceil(2);
+/// Where what stands in a record, in words, beyond the first ten.
+const RESIDUALS: usize = 10;
+const BEND: usize = RESIDUALS + FINGERS;
+const NOISE: usize = BEND + 3;
+const DRIFT: usize = NOISE + FINGERS;
+const WISH: usize = DRIFT + FINGERS;
+const CODES_AT: usize = WISH + 2;
+const FARES: usize = CODES_AT + PAIRS;
 /// Words of a record without its loss, and with it.
-const SHORT: usize = 30;
-const WORDS: usize = SHORT + 7;
+const SHORT: usize = FARES + 2;
+const WORDS: usize = SHORT + 4 + FINGERS;
 
-/// Bits of the second word, where there are three of them the first finger's.
+/// Bits of the second word, where there is one for each finger the first one's.
 const LOST: u32 = 0;
 const PRESSURE: u32 = 1;
 const LEVEL: u32 = 2;
@@ -91,13 +101,18 @@ const fn is_on(flags: u32, at: u32) -> bool {
     flags >> at & 1 != 0
 }
 
-fn bits_of_three(on: [bool; FINGERS], at: u32) -> u32 {
-    let [a, b, c] = on;
-    bit(a, at) | bit(b, at + 1) | bit(c, at + 2)
+/// A bit for each finger.
+fn bits_of_fingers(on: [bool; FINGERS], at: u32) -> u32 {
+    let each = on.into_iter().zip(at..32);
+    each.fold(0, |bits, (on, at)| bits | bit(on, at))
 }
 
-fn three_of(flags: u32, at: u32) -> [bool; FINGERS] {
-    [at, at + 1, at + 2].map(|at| is_on(flags, at))
+fn fingers_of(flags: u32, at: u32) -> [bool; FINGERS] {
+    let mut on = [false; FINGERS];
+    for (on, at) in on.iter_mut().zip(at..32) {
+        *on = is_on(flags, at);
+    }
+    on
 }
 
 /// A number's bits; zero for none.
@@ -109,26 +124,48 @@ fn value(bits: u32, is_there: bool) -> Option<f32> {
     is_there.then_some(f32::from_bits(bits))
 }
 
-fn pair(low: u16, high: u16) -> u32 {
-    u32::from(low) | u32::from(high) << 16
+/// A code of 16 bits at an even place of a word, or an odd one.
+fn half(place: usize, code: u16) -> u32 {
+    u32::from(code) << (16 * (place % 2))
 }
 
-fn unpaired(word: u32) -> [u16; 2] {
-    [word as u16, (word >> 16) as u16]
+fn lower(moment: Instant) -> u32 {
+    moment.micros() as u32
 }
 
-fn halves(moment: Instant) -> [u32; 2] {
-    let micros = moment.micros();
-    [micros as u32, (micros >> 32) as u32]
+fn upper(moment: Instant) -> u32 {
+    (moment.micros() >> 32) as u32
 }
 
-fn moment(low: u32, high: u32) -> Instant {
-    Instant::from_micros(u64::from(low) | u64::from(high) << 32)
+/// Words that are read one after the other.
+struct Read<'a>(core::slice::Iter<'a, u32>);
+
+impl Read<'_> {
+    fn word(&mut self) -> u32 {
+        self.0.next().copied().unwrap_or(0)
+    }
+
+    fn number(&mut self) -> f32 {
+        f32::from_bits(self.word())
+    }
+
+    fn moment(&mut self) -> Instant {
+        let (low, high) = (self.word(), self.word());
+        Instant::from_micros(u64::from(low) | u64::from(high) << 32)
+    }
+
+    fn strains(&mut self) -> [Microstrain; FINGERS] {
+        [(); FINGERS].map(|()| Microstrain(self.number()))
+    }
 }
 
 impl Record {
-    /// The layout that is written and read here. Another one has another number, whatever has changed.
-    pub const LAYOUT: u8 = 1;
+    /// The layout that is written and read here. Another one has another number, whatever has changed, and so has another
+    /// number of fingers.
+    pub const LAYOUT: u8 = match FINGERS {
+        3 => 1,
+        fingers => 16 * fingers as u8 + 1,
+    };
 
     /// The length of a record with a loss, bytes.
     pub const BYTES: usize = 4 * WORDS;
@@ -181,61 +218,62 @@ impl Record {
         let (state, since, target) = code_of_state(&snapshot.state);
         let fault = snapshot.state.fault().map_or(0, Fault::code);
         let (command, [first, second]) = code_of(self.command);
-        let [now, now_high] = halves(snapshot.now);
-        let [since_low, since_high] = since.map_or([0; 2], halves);
-        let [residual_a, residual_b, residual_c] = snapshot.residual.map(|r| bits(r.map(|r| r.0)));
-        let [noise_a, noise_b, noise_c] = snapshot.noise.map(|noise| noise.0.to_bits());
-        let [drift_a, drift_b, drift_c] = snapshot.drift.map(|drift| drift.0.to_bits());
-        let [gauge_a, gauge_b, gauge_c] = frame.gauges.map(|code| code.0);
-        let (loss, loss_flags) = loss_words(snapshot.lost.as_ref());
-        let [
-            onset,
-            onset_high,
-            flagged,
-            flagged_high,
-            share_a,
-            share_b,
-            share_c,
-        ] = loss;
-        [
-            u32::from_le_bytes([Self::LAYOUT, state, command, fault]),
-            self.flags(since.is_some()) | loss_flags,
-            self.number,
-            now,
-            now_high,
-            since_low,
-            since_high,
-            target.0.to_bits(),
-            bits(snapshot.pressure.map(|pressure| pressure.0)),
-            snapshot.setpoint.0.to_bits(),
-            residual_a,
-            residual_b,
-            residual_c,
-            snapshot.bend.0.to_bits(),
-            bits(snapshot.level),
-            bits(snapshot.margin),
-            noise_a,
-            noise_b,
-            noise_c,
-            drift_a,
-            drift_b,
-            drift_c,
-            first.to_bits(),
-            second.to_bits(),
-            pair(gauge_a, gauge_b),
-            pair(gauge_c, frame.monitor.0),
-            pair(frame.supply.0, frame.rail.0),
-            pair(frame.scans, self.dac.0),
-            self.longest_tick_us,
-            self.events_lost,
-            onset,
-            onset_high,
-            flagged,
-            flagged_high,
-            share_a,
-            share_b,
-            share_c,
-        ]
+        let mut words = [0; WORDS];
+        let mut add = |at: usize, word: u32| {
+            if let Some(place) = words.get_mut(at) {
+                *place |= word;
+            }
+        };
+        let head = u32::from_le_bytes([Self::LAYOUT, state, command, fault]);
+        add(0, head);
+        add(1, self.flags(since.is_some()));
+        add(2, self.number);
+        add(3, lower(snapshot.now));
+        add(4, upper(snapshot.now));
+        if let Some(since) = since {
+            add(5, lower(since));
+            add(6, upper(since));
+        }
+        add(7, target.0.to_bits());
+        add(8, bits(snapshot.pressure.map(|pressure| pressure.0)));
+        add(9, snapshot.setpoint.0.to_bits());
+        let strains = snapshot.noise.iter().zip(&snapshot.drift);
+        let fingers = snapshot.residual.iter().zip(strains);
+        for (finger, (residual, (noise, drift))) in (0..FINGERS).zip(fingers) {
+            add(RESIDUALS + finger, bits(residual.map(|ue| ue.0)));
+            add(NOISE + finger, noise.0.to_bits());
+            add(DRIFT + finger, drift.0.to_bits());
+        }
+        add(BEND, snapshot.bend.0.to_bits());
+        add(BEND + 1, bits(snapshot.level));
+        add(BEND + 2, bits(snapshot.margin));
+        add(WISH, first.to_bits());
+        add(WISH + 1, second.to_bits());
+        let others = [
+            frame.monitor.0,
+            frame.supply.0,
+            frame.rail.0,
+            frame.scans,
+            self.dac.0,
+        ];
+        for (finger, code) in (0..FINGERS).zip(&frame.gauges) {
+            add(CODES_AT + finger / 2, half(finger, code.0));
+        }
+        for (place, code) in (FINGERS..2 * PAIRS).zip(others) {
+            add(CODES_AT + place / 2, half(place, code));
+        }
+        add(FARES, self.longest_tick_us);
+        add(FARES + 1, self.events_lost);
+        if let Some(loss) = &snapshot.lost {
+            add(SHORT, lower(loss.onset));
+            add(SHORT + 1, upper(loss.onset));
+            add(SHORT + 2, lower(loss.flagged));
+            add(SHORT + 3, upper(loss.flagged));
+            for (finger, share) in (0..FINGERS).zip(loss.evidence) {
+                add(SHORT + 4 + finger, bits(share));
+            }
+        }
+        words
     }
 
     fn flags(&self, has_since: bool) -> u32 {
@@ -248,62 +286,43 @@ impl Record {
             | bit(self.frame.overrun, OVERRUN)
             | bit(self.frame.carried, CARRIED)
             | bit(self.internal_clock, INTERNAL_CLOCK)
-            | bits_of_three(snapshot.residual.map(|r| r.is_some()), RESIDUAL)
-            | bits_of_three(snapshot.touching, TOUCHING)
+            | bits_of_fingers(snapshot.residual.map(|r| r.is_some()), RESIDUAL)
+            | bits_of_fingers(snapshot.touching, TOUCHING)
+            | snapshot.lost.as_ref().map_or(0, loss_flags)
     }
 
     fn of(words: &[u32; WORDS]) -> Option<Self> {
-        let [
-            head,
-            flags,
-            number,
-            now,
-            now_high,
-            since,
-            since_high,
-            target,
-            rest @ ..,
-        ] = *words;
-        let [
-            pressure,
-            setpoint,
-            residual_a,
-            residual_b,
-            residual_c,
-            rest @ ..,
-        ] = rest;
-        let [bend, level, margin, noise_a, noise_b, noise_c, rest @ ..] = rest;
-        let [drift_a, drift_b, drift_c, first, second, rest @ ..] = rest;
-        let [
-            gauges,
-            gauge_and_monitor,
-            supply_and_rail,
-            scans_and_dac,
-            rest @ ..,
-        ] = rest;
-        let [longest_tick_us, events_lost, loss @ ..] = rest;
-
-        let [_, state, command, fault] = head.to_le_bytes();
-        let strain = |bits| Microstrain(f32::from_bits(bits));
-        let [is_a, is_b, is_c] = three_of(flags, RESIDUAL);
-        let residual = [
-            value(residual_a, is_a),
-            value(residual_b, is_b),
-            value(residual_c, is_c),
-        ];
-        let target = Kilopascals(f32::from_bits(target));
-        let since = moment(since, since_high);
-        let [gauge_a, gauge_b] = unpaired(gauges);
-        let [gauge_c, monitor] = unpaired(gauge_and_monitor);
-        let [supply, rail] = unpaired(supply_and_rail);
-        let [scans, dac] = unpaired(scans_and_dac);
+        let mut from = Read(words.iter());
+        let [_, state, command, fault] = from.word().to_le_bytes();
+        let flags = from.word();
+        let number = from.word();
+        let (now, since) = (from.moment(), from.moment());
+        let target = Kilopascals(from.number());
+        let pressure = value(from.word(), is_on(flags, PRESSURE));
+        let setpoint = Kilopascals(from.number());
+        let residual = fingers_of(flags, RESIDUAL)
+            .map(|is_there| value(from.word(), is_there).map(Microstrain));
+        let bend = Degrees(from.number());
+        let level = value(from.word(), is_on(flags, LEVEL));
+        let margin = value(from.word(), is_on(flags, MARGIN));
+        let (noise, drift) = (from.strains(), from.strains());
+        let (first, second) = (from.number(), from.number());
+        let mut codes = [0; 2 * PAIRS];
+        let (pairs, _) = codes.as_chunks_mut::<2>();
+        for pair in pairs {
+            let word = from.word();
+            *pair = [word as u16, (word >> 16) as u16];
+        }
+        let (gauges, others) = codes.split_first_chunk::<FINGERS>()?;
+        let [monitor, supply, rail, scans, dac] = *others.first_chunk()?;
+        let (longest_tick_us, events_lost) = (from.word(), from.word());
         Some(Self {
             number,
             longest_tick_us,
             events_lost,
             internal_clock: is_on(flags, INTERNAL_CLOCK),
             frame: RawFrame {
-                gauges: [gauge_a, gauge_b, gauge_c].map(AdcCode),
+                gauges: gauges.map(AdcCode),
                 monitor: AdcCode(monitor),
                 supply: AdcCode(supply),
                 rail: Millivolts(rail),
@@ -311,51 +330,43 @@ impl Record {
                 overrun: is_on(flags, OVERRUN),
                 carried: is_on(flags, CARRIED),
             },
-            command: command_of(command, [first, second].map(f32::from_bits))?,
+            command: command_of(command, [first, second])?,
             dac: DacCode(dac),
             snapshot: Snapshot {
-                now: moment(now, now_high),
+                now,
                 state: state_of(state, since, is_on(flags, SINCE), target, fault)?,
                 lost: match is_on(flags, LOST) {
-                    true => Some(loss_of(loss, flags)?),
+                    true => Some(loss_of(&mut from, flags)?),
                     false => None,
                 },
-                pressure: value(pressure, is_on(flags, PRESSURE)).map(Kilopascals),
-                setpoint: Kilopascals(f32::from_bits(setpoint)),
-                residual: residual.map(|residual| residual.map(Microstrain)),
-                touching: three_of(flags, TOUCHING),
-                bend: Degrees(f32::from_bits(bend)),
-                level: value(level, is_on(flags, LEVEL)),
-                margin: value(margin, is_on(flags, MARGIN)),
-                noise: [noise_a, noise_b, noise_c].map(strain),
-                drift: [drift_a, drift_b, drift_c].map(strain),
+                pressure: pressure.map(Kilopascals),
+                setpoint,
+                residual,
+                touching: fingers_of(flags, TOUCHING),
+                bend,
+                level,
+                margin,
+                noise,
+                drift,
                 tare_due: is_on(flags, TARE_DUE),
             },
         })
     }
 }
 
-/// The words of a loss, and its bits.
-fn loss_words(loss: Option<&Loss>) -> ([u32; WORDS - SHORT], u32) {
-    let Some(loss) = loss else {
-        return ([0; WORDS - SHORT], 0);
-    };
-    let [onset, onset_high] = halves(loss.onset);
-    let [flagged, flagged_high] = halves(loss.flagged);
-    let [a, b, c] = loss.evidence.map(bits);
-    let flags = bit(true, LOST)
-        | bits_of_three(loss.evidence.map(|share| share.is_some()), EVIDENCE)
-        | number_of(loss.cause) << CAUSE;
-    ([onset, onset_high, flagged, flagged_high, a, b, c], flags)
+/// The bits of a loss.
+fn loss_flags(loss: &Loss) -> u32 {
+    bit(true, LOST)
+        | bits_of_fingers(loss.evidence.map(|share| share.is_some()), EVIDENCE)
+        | number_of(loss.cause) << CAUSE
 }
 
-fn loss_of(words: [u32; WORDS - SHORT], flags: u32) -> Option<Loss> {
-    let [onset, onset_high, flagged, flagged_high, a, b, c] = words;
-    let [is_a, is_b, is_c] = three_of(flags, EVIDENCE);
+fn loss_of(from: &mut Read, flags: u32) -> Option<Loss> {
+    let (onset, flagged) = (from.moment(), from.moment());
     Some(Loss {
-        onset: moment(onset, onset_high),
-        flagged: moment(flagged, flagged_high),
+        onset,
+        flagged,
         cause: cause_of(flags >> CAUSE & 3)?,
-        evidence: [value(a, is_a), value(b, is_b), value(c, is_c)],
+        evidence: fingers_of(flags, EVIDENCE).map(|is_there| value(from.word(), is_there)),
     })
 }

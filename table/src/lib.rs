@@ -9,6 +9,9 @@
 /// Links, and joints, of the equivalent chain (paper, section 4.1).
 pub const LINKS: usize = 6;
 
+/// Fingers, and strain gauges, of the gripper that is built: those of its recipe, two to four.
+pub const FINGERS: usize = include!(concat!(env!("OUT_DIR"), "/fingers.rs"));
+
 /// Kinds of object whose lift a row holds, one for each [`ObjectKind`].
 pub const OBJECTS: usize = 2;
 
@@ -35,7 +38,7 @@ pub struct Row {
     pub free_strain_ue: f32,
     /// Angle of the last link to the unbent finger, degrees.
     pub tip_angle_deg: f32,
-    /// Greatest force of the three fingers against gravity on an object of each kind before it slides
+    /// Greatest force of all fingers against gravity on an object of each kind before it slides
     /// (statics), N; zero in rows from [`FingerTable::lift_rows`] on.
     pub lift_n: [f32; OBJECTS],
 }

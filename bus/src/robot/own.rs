@@ -295,7 +295,7 @@ fn of<T: Copy>(fingers: &[T; FINGERS], finger: u16) -> Option<T> {
 }
 
 /// One bit for each.
-fn flags(bits: [bool; 3]) -> u16 {
+fn flags<const N: usize>(bits: [bool; N]) -> u16 {
     let bits = bits.into_iter().rev();
     bits.fold(0, |flags, bit| flags << 1 | u16::from(bit))
 }

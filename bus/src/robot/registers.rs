@@ -2,7 +2,7 @@
 //!
 //! `softgrip registers` prints it, and the image has addresses and items alone.
 
-use softgrip::blackbox;
+use softgrip::{FINGERS, blackbox};
 
 /// Version of the map; a higher one may have more registers, and none that means something else.
 pub const MAP_VERSION: u16 = 1;
@@ -14,6 +14,19 @@ pub const SETTINGS_FROM: u16 = 0x2000;
 pub const BLACK_BOX_FROM: u16 = 0x3000;
 /// No setting has this number or a higher one.
 pub const SETTINGS_END: u16 = 0x0800;
+
+/// A row of one register for each finger has so many; of a gripper with two, the last is not known.
+pub const FINGERS_IN_A_ROW: u16 = 3;
+/// What a gripper with four fingers has of the fourth, in successive registers from here on.
+pub const FOURTH_FROM: u16 = 0x1050;
+/// In this order.
+pub const FOURTH: [Item; 5] = [
+    Item::Residual,
+    Item::Noise,
+    Item::Drift,
+    Item::GaugeFault,
+    Item::LossEvidence,
+];
 
 /// What may be done with a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +73,7 @@ impl Shape {
         match self {
             Self::Unsigned | Self::Signed => 1,
             Self::Long => 2,
-            Self::Fingers | Self::SignedFingers => softgrip::FINGERS as u16,
+            Self::Fingers | Self::SignedFingers => FINGERS_IN_A_ROW,
         }
     }
 }
@@ -253,7 +266,7 @@ pub const REGISTERS: [Register; 54] = [
     at(0x1015, Item::Bend, "bend", "0.1°", "Estimated bend of the fingers"),
     at(0x1016, Item::Level, "level", "0.1 %", "While something is held: summed contact residual over its plateau"),
     at(0x1017, Item::Margin, "margin", "0.1 %", "While a payload is held: lift beyond its load"),
-    at(0x1018, Item::Touching, "touching", "", "Bit 0 to 2: finger 1 to 3 touches"),
+    at(0x1018, Item::Touching, "touching", "", "Bit 0: finger 1 touches, bit 1: finger 2, and so on"),
     at(0x1019, Item::Residual, "residual", "µε", "Contact residual of each finger"),
     at(0x101C, Item::Noise, "noise", "0.1 µε", "Noise of each gauge, rms"),
     at(0x101F, Item::Drift, "drift", "µε", "How far the zero of each gauge has been tracked since the last tare"),
@@ -363,6 +376,12 @@ pub fn find(address: u16) -> Option<At> {
         let number = offset / 2;
         return (number < SETTINGS_END).then_some(At::Setting(number, Half::at(offset)));
     }
+    if FINGERS > usize::from(FINGERS_IN_A_ROW)
+        && let Some(offset) = address.checked_sub(FOURTH_FROM)
+        && let Some(item) = FOURTH.get(usize::from(offset))
+    {
+        return Some(At::Item(*item, FINGERS_IN_A_ROW));
+    }
     // The last row that begins there or before.
     let mut rows = PLACES.iter().rev();
     let row = rows.find(|row| row.address <= address)?;
@@ -391,7 +410,11 @@ mod tests {
             let row = REGISTERS.iter().find(|row| {
                 (row.address..row.address + row.item.shape().count()).contains(&address)
             });
-            let expected = row.map(|row| At::Item(row.item, address - row.address));
+            let of_fourth = usize::from(address.wrapping_sub(FOURTH_FROM));
+            let fourth = FOURTH.get(of_fourth).filter(|_| FINGERS > 3);
+            let expected = row
+                .map(|row| At::Item(row.item, address - row.address))
+                .or(fourth.map(|item| At::Item(*item, 3)));
             assert_eq!(find(address), expected, "{address:#06x}");
             found += u32::from(expected.is_some());
         }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, TAU};
 use rapier3d_f64::prelude::*;
 
 /// Fingers of the gripper.
-pub const FINGERS: usize = 3;
+pub use softgrip::FINGERS;
 /// Links, and joints, of a finger.
 pub const LINKS: usize = 6;
 
