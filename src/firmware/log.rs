@@ -1,7 +1,7 @@
 //! The log: defmt's messages in a ring that a debugger empties (SEGGER UM08001, real-time transfer).
 //!
-//! defmt-rtt would do, but for its price: it hands every byte to the ring by itself, which makes half of what a snapshot
-//! costs. Nobody ever waits here, whatever a host asks for: what does not fit is dropped.
+//! defmt-rtt hands every byte to its ring by itself; here a message is packed in one loop (`softgrip::telemetry::frame`).
+//! Nobody ever waits, whatever a host asks for: what does not fit is dropped.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -36,7 +36,7 @@ impl Frame {
         read: 0,
         fits: false,
         in_run: false,
-        left: GROUP,
+        left: 0,
         zeros: 0,
     };
 
@@ -47,6 +47,7 @@ impl Frame {
             next: written,
             read,
             fits: written < SIZE && read < SIZE,
+            left: GROUP,
             ..Self::NONE
         }
     }

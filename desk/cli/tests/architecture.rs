@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 13] = [
+const INTERNAL: [(&str, &[&str]); 14] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &[]),
     ("finger", &["softgrip-table"]),
@@ -17,6 +17,7 @@ const INTERNAL: [(&str, &[&str]); 13] = [
     ),
     ("softgrip-bus", &["softgrip"]),
     ("softgrip-fw", &["softgrip", "softgrip-bus"]),
+    ("softgrip-decode", &["softgrip"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
@@ -34,7 +35,14 @@ const INTERNAL: [(&str, &[&str]); 13] = [
     ),
     (
         "softgrip-hil",
-        &["finger", "report", "sim", "softgrip", "softgrip-bus"],
+        &[
+            "decode",
+            "finger",
+            "report",
+            "sim",
+            "softgrip",
+            "softgrip-bus",
+        ],
     ),
 ];
 
