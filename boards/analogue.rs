@@ -5,10 +5,11 @@ use core::sync::atomic::AtomicU16;
 use embassy_stm32::pac::adc::vals::SampleTime;
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::Moder;
-use softgrip::RawFrame;
 use softgrip::scan::{self, CHANNELS};
+use softgrip::{FINGERS, RawFrame};
 
 /// One channel of the scan.
+#[derive(Clone, Copy)]
 pub struct Analogue {
     pin: Option<(Gpio, usize)>,
     /// Its number at the converter.
@@ -41,6 +42,26 @@ impl Analogue {
             port.moder().modify(|w| w.set_moder(pin, Moder::ANALOG));
         }
     }
+}
+
+/// Gauges that a board has pins for; the first are used.
+pub const GAUGES: usize = 4;
+
+/// The scan: a gauge per finger, and the others.
+pub const fn sequence(
+    gauges: [Analogue; GAUGES],
+    others: [Analogue; CHANNELS - FINGERS],
+) -> [Analogue; CHANNELS] {
+    let mut all = [gauges[0]; CHANNELS];
+    let mut place = 0;
+    while place < CHANNELS {
+        all[place] = match place < FINGERS {
+            true => gauges[place],
+            false => others[place - FINGERS],
+        };
+        place += 1;
+    }
+    all
 }
 
 /// Scans in the ring: 3.4 ms at the least, so a tick may be late by two.

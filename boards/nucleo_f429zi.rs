@@ -12,7 +12,7 @@ use embassy_stm32::{Config, Peripherals, interrupt, pac};
 use softgrip::scan::CHANNELS;
 
 use super::Board;
-use super::analogue::Analogue;
+use super::analogue::{Analogue, sequence};
 use super::clock::Clock;
 use super::half_duplex::Pins;
 use super::pins::{IndicatorPins, InputPins, input, is_pulled_down, output, raise};
@@ -24,17 +24,22 @@ use crate::links::HIGH_PRIORITY;
 
 pub const NAME: &str = "NUCLEO-F429ZI";
 
-/// The scan's order: gauges [A0, A1, A2], monitor [A7], supply [A6], internal reference. At 22.5 MHz, with 12 cycles of
+/// The scan's order: gauges [A0, A1, A2; D12 for a fourth], monitor [A7], supply [A6], internal reference. At 22.5 MHz, with 12 cycles of
 /// conversion, 21.9 and 4.3 µs each. The internal reference asks for 10 µs of sampling; the supply moves slowly, and a
 /// capacitor holds it.
-const ANALOGUE: [Analogue; CHANNELS] = [
-    Analogue::new(pac::GPIOA, 3, 3, SampleTime::CYCLES480),
-    Analogue::new(pac::GPIOC, 0, 10, SampleTime::CYCLES480),
-    Analogue::new(pac::GPIOC, 3, 13, SampleTime::CYCLES480),
-    Analogue::new(pac::GPIOC, 2, 12, SampleTime::CYCLES480),
-    Analogue::new(pac::GPIOB, 1, 9, SampleTime::CYCLES84),
-    Analogue::inside(17, SampleTime::CYCLES480),
-];
+const ANALOGUE: [Analogue; CHANNELS] = sequence(
+    [
+        Analogue::new(pac::GPIOA, 3, 3, SampleTime::CYCLES480),
+        Analogue::new(pac::GPIOC, 0, 10, SampleTime::CYCLES480),
+        Analogue::new(pac::GPIOC, 3, 13, SampleTime::CYCLES480),
+        Analogue::new(pac::GPIOA, 6, 6, SampleTime::CYCLES480),
+    ],
+    [
+        Analogue::new(pac::GPIOC, 2, 12, SampleTime::CYCLES480),
+        Analogue::new(pac::GPIOB, 1, 9, SampleTime::CYCLES84),
+        Analogue::inside(17, SampleTime::CYCLES480),
+    ],
+);
 
 /// USART6: received [D0] and sent [D1], function 8 (DS9405, table 12), and the driver enable [D10].
 static SERIAL: Pins = Pins {

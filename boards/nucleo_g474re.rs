@@ -12,7 +12,7 @@ use embassy_stm32::{Config, Peripherals, interrupt, pac};
 use softgrip::scan::CHANNELS;
 
 use super::Board;
-use super::analogue::Analogue;
+use super::analogue::{Analogue, sequence};
 use super::clock::Clock;
 use super::half_duplex::Pins;
 use super::pins::{IndicatorPins, InputPins, input, is_pulled_down, output, raise};
@@ -24,17 +24,22 @@ use crate::links::HIGH_PRIORITY;
 
 pub const NAME: &str = "NUCLEO-G474RE";
 
-/// The scan's order: gauges [A0, A1, A3], monitor [A4], supply [A5], internal reference. At 42.5 MHz, with 12.5 cycles of
+/// The scan's order: gauges [A0, A1, A3; CN10, pin 24 for a fourth], monitor [A4], supply [A5], internal reference. At 42.5 MHz, with 12.5 cycles of
 /// conversion, eight times 1.4 and 6.1 µs each. The internal reference asks for 4 µs of sampling; capacitors hold the
 /// others.
-const ANALOGUE: [Analogue; CHANNELS] = [
-    Analogue::new(pac::GPIOA, 0, 1, SampleTime::CYCLES47_5),
-    Analogue::new(pac::GPIOA, 1, 2, SampleTime::CYCLES47_5),
-    Analogue::new(pac::GPIOB, 0, 15, SampleTime::CYCLES47_5),
-    Analogue::new(pac::GPIOC, 1, 7, SampleTime::CYCLES47_5),
-    Analogue::new(pac::GPIOC, 0, 6, SampleTime::CYCLES47_5),
-    Analogue::inside(18, SampleTime::CYCLES247_5),
-];
+const ANALOGUE: [Analogue; CHANNELS] = sequence(
+    [
+        Analogue::new(pac::GPIOA, 0, 1, SampleTime::CYCLES47_5),
+        Analogue::new(pac::GPIOA, 1, 2, SampleTime::CYCLES47_5),
+        Analogue::new(pac::GPIOB, 0, 15, SampleTime::CYCLES47_5),
+        Analogue::new(pac::GPIOB, 1, 12, SampleTime::CYCLES47_5),
+    ],
+    [
+        Analogue::new(pac::GPIOC, 1, 7, SampleTime::CYCLES47_5),
+        Analogue::new(pac::GPIOC, 0, 6, SampleTime::CYCLES47_5),
+        Analogue::inside(18, SampleTime::CYCLES247_5),
+    ],
+);
 
 /// USART1: received [D0] and sent [D1], and the driver enable at CN10, pin 12.
 static SERIAL: Pins = Pins {

@@ -47,7 +47,10 @@ impl Converter {
         for (place, analogue) in sequence.iter().enumerate() {
             analogue.set_up();
             let (channel, time) = (analogue.channel, analogue.time);
-            converter.sqr3().modify(|w| w.set_sq(place, channel as u8));
+            match place.checked_sub(6) {
+                Some(place) => converter.sqr2().modify(|w| w.set_sq(place, channel as u8)),
+                None => converter.sqr3().modify(|w| w.set_sq(place, channel as u8)),
+            }
             match channel.checked_sub(10) {
                 Some(channel) => converter.smpr1().modify(|w| w.set_smp(channel, time)),
                 None => converter.smpr2().modify(|w| w.set_smp(channel, time)),
