@@ -1,6 +1,7 @@
 //! Zeros that drift, and tares.
 
 use super::*;
+use crate::condition::Gauge;
 use crate::table::Range;
 use crate::units::{Degrees, Kilopascals, Volts};
 
