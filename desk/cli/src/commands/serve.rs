@@ -96,13 +96,14 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     let options = Options {
         speed: args.speed,
         play,
+        orders: None,
     };
     let (sender, lines) = mpsc::sync_channel(LINES);
     let gripper = thread::spawn(move || {
         let mut unsaid = 0_u64;
         // It waits for nobody who reads the log.
         let mut log = |line| unsaid += u64::from(sender.try_send(line).is_err());
-        let summary = run::run(port, twin, options, &stop, &mut log);
+        let summary = run::run(port, twin, options, &stop, &mut log, &mut |_| {});
         (summary, unsaid)
     });
     for Line { t_s, text } in lines {
