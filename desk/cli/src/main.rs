@@ -56,6 +56,9 @@ enum Action {
     Settings(commands::settings::SettingsArgs),
     /// Prints the table of all registers on the bus (Markdown), by address.
     Registers,
+    /// Prints the table of all that a gripper tells (Markdown).
+    #[cfg(unix)]
+    Telemetry,
     /// Fits a geometry recipe to the measured bending of a free finger.
     Fit(commands::fit::FitArgs),
 }
@@ -81,6 +84,8 @@ fn main() -> ExitCode {
         Action::Calibrate(args) => commands::calibrate::run(&args),
         Action::Settings(args) => commands::settings::run(&args),
         Action::Registers => commands::registers::run(),
+        #[cfg(unix)]
+        Action::Telemetry => commands::telemetry::run(),
         Action::Fit(args) => commands::fit::run(&args),
     };
     result.unwrap_or_else(|error| {

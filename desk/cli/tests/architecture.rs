@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 13] = [
+const INTERNAL: [(&str, &[&str]); 14] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &[]),
     ("finger", &["softgrip-table"]),
@@ -19,6 +19,10 @@ const INTERNAL: [(&str, &[&str]); 13] = [
     ("softgrip-fw", &["softgrip", "softgrip-bus"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
+    (
+        "softgrip-watch",
+        &["bus", "serve", "settings", "sim", "softgrip"],
+    ),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
         "softgrip-evaluate",
@@ -29,7 +33,7 @@ const INTERNAL: [(&str, &[&str]); 13] = [
         "softgrip-cli",
         &[
             "bus", "evaluate", "finger", "report", "serve", "settings", "sim", "softgrip",
-            "studies",
+            "studies", "watch",
         ],
     ),
     (

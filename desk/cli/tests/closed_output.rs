@@ -51,6 +51,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
         &["settings", "print"],
         &["settings", "registers"],
         &["registers"],
+        &["telemetry"],
         &["settings", "check", &settings],
         &["study", "--out", &out],
         &["capability", "--accel", "5", "--out", &out],

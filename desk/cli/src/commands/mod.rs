@@ -18,6 +18,8 @@ pub mod sim;
 pub mod study;
 pub mod sweep;
 pub mod table;
+#[cfg(unix)]
+pub mod telemetry;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -1,0 +1,80 @@
+//! Where a gripper is watched, as text.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use anyhow::bail;
+use serve::master::Master;
+
+use crate::gripper;
+use crate::line;
+use crate::told::Connection;
+
+pub use crate::gripper::Virtual;
+
+/// Where a gripper is watched.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Source {
+    /// The simulated gripper, in this process.
+    Virtual,
+    /// A serial port.
+    Tty(PathBuf),
+    /// RTU frames over TCP, at this address and port.
+    Tcp(String),
+}
+
+/// What a source may be.
+pub const SOURCES: &str = "virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT";
+
+impl FromStr for Source {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> anyhow::Result<Self> {
+        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        Ok(match (kind, rest) {
+            ("virtual", "") => Self::Virtual,
+            ("tty", path) if !path.is_empty() => Self::Tty(path.into()),
+            ("tcp", address) if is_address(address) => Self::Tcp(address.into()),
+            _ => bail!("must be one of {SOURCES}"),
+        })
+    }
+}
+
+/// Whether it is a host with a port.
+fn is_address(text: &str) -> bool {
+    let parts = text.rsplit_once(':');
+    parts.is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())
+}
+
+/// How a source is to be watched.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// How often an observation is to come, Hz.
+    pub rate_hz: f64,
+    /// Every control tick is wanted in full, where the source has them.
+    pub with_ticks: bool,
+    /// Baud rate of a serial port.
+    pub baud: u32,
+    /// The gripper's id on the bus.
+    pub id: u8,
+    /// The virtual gripper.
+    pub gripper: Virtual,
+}
+
+/// Opens a source.
+///
+/// # Errors
+/// If it is not there, does not answer, or is none of a gripper.
+pub fn open(source: &Source, options: &Options) -> anyhow::Result<Connection> {
+    match source {
+        Source::Virtual => gripper::open(&options.gripper, options.rate_hz, options.with_ticks),
+        Source::Tty(path) => {
+            let master = Master::open(path, options.baud, options.id)?;
+            line::open(master, format!("tty:{}", path.display()), options.rate_hz)
+        }
+        Source::Tcp(address) => {
+            let master = Master::connect(address, options.id)?;
+            line::open(master, format!("tcp:{address}"), options.rate_hz)
+        }
+    }
+}
