@@ -21,7 +21,7 @@ const INTERNAL: [(&str, &[&str]); 14] = [
     ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
     (
         "softgrip-watch",
-        &["bus", "serve", "settings", "sim", "softgrip"],
+        &["bus", "decode", "serve", "settings", "sim", "softgrip"],
     ),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
@@ -44,7 +44,7 @@ const INTERNAL: [(&str, &[&str]); 14] = [
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
 /// pages, threads, physics.
-const RESERVED: [(&str, &[&str]); 8] = [
+const RESERVED: [(&str, &[&str]); 10] = [
     ("clap", &["softgrip-cli", "softgrip-hil"]),
     ("indicatif", &["softgrip-cli"]),
     (
@@ -71,6 +71,8 @@ const RESERVED: [(&str, &[&str]); 8] = [
     ),
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
+    ("mcap", &["softgrip-watch"]),
+    ("defmt-decoder", &["softgrip-decode", "softgrip-hil"]),
 ];
 
 fn root() -> PathBuf {
