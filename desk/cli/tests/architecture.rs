@@ -17,6 +17,7 @@ const INTERNAL: [(&str, &[&str]); 14] = [
     ),
     ("softgrip-bus", &["softgrip"]),
     ("softgrip-fw", &["softgrip", "softgrip-bus"]),
+    ("softgrip-decode", &["softgrip"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
     (
@@ -38,7 +39,14 @@ const INTERNAL: [(&str, &[&str]); 14] = [
     ),
     (
         "softgrip-hil",
-        &["finger", "report", "sim", "softgrip", "softgrip-bus"],
+        &[
+            "decode",
+            "finger",
+            "report",
+            "sim",
+            "softgrip",
+            "softgrip-bus",
+        ],
     ),
 ];
 
@@ -72,7 +80,7 @@ const RESERVED: [(&str, &[&str]); 10] = [
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
     ("mcap", &["softgrip-watch"]),
-    ("defmt-decoder", &["softgrip-decode", "softgrip-hil"]),
+    ("defmt-decoder", &["softgrip-decode"]),
 ];
 
 fn root() -> PathBuf {
