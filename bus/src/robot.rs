@@ -15,7 +15,7 @@ mod own;
 mod registers;
 
 pub use link::{Fate, Link, Record, Status, Wishes};
-pub use numbers::{DETAILS, REFUSALS};
+pub use numbers::{DETAILS, REFUSALS, of_cause};
 pub use registers::{
     Access, BLACK_BOX_FROM, FOURTH, FOURTH_FROM, Item, MAP_VERSION, REGISTERS, Register,
     SETTINGS_FROM, Shape,

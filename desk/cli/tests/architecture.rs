@@ -20,6 +20,10 @@ const INTERNAL: [(&str, &[&str]); 14] = [
     ("softgrip-decode", &["softgrip"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
+    (
+        "softgrip-watch",
+        &["bus", "decode", "serve", "settings", "sim", "softgrip"],
+    ),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
         "softgrip-evaluate",
@@ -30,7 +34,7 @@ const INTERNAL: [(&str, &[&str]); 14] = [
         "softgrip-cli",
         &[
             "bus", "evaluate", "finger", "report", "serve", "settings", "sim", "softgrip",
-            "studies",
+            "studies", "watch",
         ],
     ),
     (
@@ -48,7 +52,7 @@ const INTERNAL: [(&str, &[&str]); 14] = [
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
 /// pages, threads, physics.
-const RESERVED: [(&str, &[&str]); 8] = [
+const RESERVED: [(&str, &[&str]); 10] = [
     ("clap", &["softgrip-cli", "softgrip-hil"]),
     ("indicatif", &["softgrip-cli"]),
     (
@@ -75,6 +79,8 @@ const RESERVED: [(&str, &[&str]); 8] = [
     ),
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
+    ("mcap", &["softgrip-watch"]),
+    ("defmt-decoder", &["softgrip-decode"]),
 ];
 
 fn root() -> PathBuf {

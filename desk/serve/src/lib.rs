@@ -3,14 +3,15 @@
 //! here.
 //!
 //! ```text
-//! client ◄─► port (tty, tcp) ◄─► run (one loop: bytes, requests, ticks) ◄─► twin (plant, controller, robot)
-//!                                  ▲ script ─► play
+//! client ◄─► port (tty, tcp, pipe) ◄─► run (one loop: bytes, requests, ticks) ◄─► twin (plant, controller, robot)
+//!                                  ▲ script, orders ─► play
 //! ```
 #![forbid(unsafe_code)]
 // Elsewhere there are no pseudo-terminals.
 #![cfg(unix)]
 
 mod io;
+pub mod pipe;
 mod tcp;
 mod tty;
 

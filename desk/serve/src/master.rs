@@ -7,12 +7,14 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use bus::modbus::{MOST_READ, crc};
 use rustix::fs::OFlags;
 use rustix::termios::{
     OptionalActions, QueueSelector, SpecialCodeIndex, tcflush, tcgetattr, tcsetattr,
 };
+
+use crate::pipe::Pipe;
 
 /// An answer takes no longer.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -24,7 +26,35 @@ const TRIES: u32 = 3;
 enum Line {
     Tty(File),
     Tcp(TcpStream),
+    Pipe(Pipe),
 }
+
+/// The gripper has answered, and does not do what it was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refused {
+    /// The first register.
+    pub address: u16,
+    /// The exception (MODBUS Application Protocol 1.1b3, 7).
+    pub exception: u8,
+}
+
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { address, exception } = self;
+        let what = match exception {
+            2 => "it has no such register, or none that can be written",
+            3 => "the value is out of its range, or does not go with the others",
+            6 => "it is busy, as with a sweep",
+            _ => "it does not say why",
+        };
+        write!(
+            f,
+            "the gripper refuses register {address:#06x} with exception {exception:02}: {what}"
+        )
+    }
+}
+
+impl std::error::Error for Refused {}
 
 /// A master, and the slave that it calls.
 pub struct Master {
@@ -76,6 +106,15 @@ impl Master {
         })
     }
 
+    /// Has the virtual gripper in this process at the other end.
+    pub fn at(pipe: Pipe, id: u8) -> Self {
+        Self {
+            line: Line::Pipe(pipe),
+            name: "the virtual gripper".into(),
+            id,
+        }
+    }
+
     /// Reads registers, as many as there are.
     ///
     /// # Errors
@@ -103,6 +142,18 @@ impl Master {
         Ok(())
     }
 
+    /// Writes registers that follow one another, all of them or none.
+    ///
+    /// # Errors
+    /// As [`Master::write`].
+    pub fn write_all(&mut self, address: u16, values: &[u16]) -> anyhow::Result<()> {
+        let [a, b, c, d] = words([address, values.len() as u16]);
+        let mut request = vec![16, a, b, c, d, 2 * values.len() as u8];
+        request.extend(values.iter().flat_map(|value| value.to_be_bytes()));
+        self.ask(&request, 8)?;
+        Ok(())
+    }
+
     /// The answer to a request, of this length.
     fn ask(&mut self, request: &[u8], length: usize) -> anyhow::Result<Vec<u8>> {
         let mut frame = vec![self.id];
@@ -115,12 +166,11 @@ impl Master {
                 if answer[1] == request[0] {
                     return Ok(answer);
                 }
-                let address = u16::from_be_bytes([request[1], request[2]]);
-                bail!(
-                    "{}: the gripper refuses register {address:#06x} with exception {:02}",
-                    self.name,
-                    answer[2]
-                );
+                let refused = Refused {
+                    address: u16::from_be_bytes([request[1], request[2]]),
+                    exception: answer[2],
+                };
+                return Err(anyhow!(refused).context(self.name.clone()));
             }
         }
         bail!(
@@ -138,6 +188,11 @@ impl Master {
                 file.write_all(frame)?;
             }
             Line::Tcp(stream) => stream.write_all(frame)?,
+            Line::Pipe(pipe) => {
+                // An answer that came too late is none to this.
+                while pipe.read(&mut [0; 256]) > 0 {}
+                pipe.write(frame);
+            }
         }
         let mut answer = Vec::new();
         let mut bytes = [0; 256];
@@ -151,11 +206,15 @@ impl Master {
             let read = match &mut self.line {
                 Line::Tty(file) => file.read(room),
                 Line::Tcp(stream) => stream.read(room),
+                Line::Pipe(pipe) => {
+                    pipe.wait(PATIENCE);
+                    Ok(pipe.read(room))
+                }
             };
             match read {
                 // A terminal's patience ends so; a connection that has ended says so, too.
                 Ok(0) => {
-                    ensure!(matches!(self.line, Line::Tty(_)), "it was closed");
+                    ensure!(!matches!(self.line, Line::Tcp(_)), "it was closed");
                     return Ok(answer);
                 }
                 Ok(count) => answer.extend(&bytes[..count]),

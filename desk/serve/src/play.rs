@@ -1,13 +1,16 @@
-//! Plays a script on the simulated gripper.
+//! Plays a script on the simulated gripper, and does what somebody wants of it at once.
+
+use std::sync::mpsc::{Receiver, Sender};
 
 use sim::arm::Hindrance;
 use sim::events;
 use sim::fault::Injected;
 use sim::gripper::Gripper;
 use sim::plant::{Disturbance, Plant, Truth};
+use softgrip::Command;
 use softgrip::telemetry::Event;
 
-use crate::script::{Action, Script, Step, When};
+use crate::script::{Action, Script, When};
 
 /// Fingers are open where no joint is bent further, rad.
 const OPEN_RAD: f64 = 0.05;
@@ -40,14 +43,14 @@ pub enum Flow {
 }
 
 /// How far the present step is.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
     /// It waits for its moment.
     Waiting,
     /// Its moment was there; it acts at this time, s.
     Due(f64),
-    /// It acts since this time, s; the object was there then, m.
-    Acting(f64, [f64; 3]),
+    /// It acts.
+    Acting(Acting),
 }
 
 /// A script that is being played.
@@ -58,6 +61,7 @@ pub struct Play {
     stage: Stage,
     /// Names of the events since the step before began.
     heard: Vec<&'static str>,
+    pressed: Option<Command>,
 }
 
 impl Play {
@@ -69,6 +73,7 @@ impl Play {
             at: 0,
             stage: Stage::Waiting,
             heard: Vec::new(),
+            pressed: None,
         }
     }
 
@@ -78,6 +83,11 @@ impl Play {
             (Stage::Waiting, When::Register { address, .. }) => Some(*address),
             _ => None,
         }
+    }
+
+    /// The digital input that has come on, once.
+    pub fn take_input(&mut self) -> Option<Command> {
+        self.pressed.take()
     }
 
     /// After each tick. What happens is said.
@@ -101,12 +111,19 @@ impl Play {
             && can_begin(&step.action, plant)
         {
             say(format!("script, line {}: {}", step.line, step.action));
-            self.begin(step, plant, now_s, say);
+            let begun = Acting::begin(step.action, &self.gripper, plant, seen.truth);
+            let acting = begun.unwrap_or_else(|(acting, why)| {
+                say(format!("script, line {}: {why}", step.line));
+                acting
+            });
+            if let Action::Input(command) = step.action {
+                self.pressed = Some(command);
+            }
             self.heard.clear();
-            self.stage = Stage::Acting(now_s, seen.truth.object_m);
+            self.stage = Stage::Acting(acting);
         }
-        if let Stage::Acting(since_s, from_m) = self.stage
-            && is_over(&step.action, plant, seen.truth, since_s, from_m)
+        if let Stage::Acting(acting) = self.stage
+            && acting.is_over(plant, seen.truth)
         {
             if step.action == Action::End {
                 return Flow::Ends;
@@ -130,39 +147,6 @@ impl Play {
             When::Event(name) => self.heard.contains(&name.as_str()),
         }
     }
-
-    fn begin(&self, step: &Step, plant: &mut Plant, now_s: f64, say: &mut impl FnMut(String)) {
-        match step.action {
-            Action::Appear => plant.world_mut().place_object(),
-            Action::PullOut => plant.world_mut().lower_ground(LOWERED_M),
-            Action::Arm(wanted, acceleration) => {
-                let task = self.gripper.arm_task(acceleration);
-                let arm = plant.arm_mut();
-                let begun = arm.map(|arm| arm.begin(now_s, wanted, &task));
-                if let Some(Err(why)) = begun {
-                    let why = match why {
-                        Hindrance::Moving => "it still moves",
-                        Hindrance::Up => "it is up already",
-                        Hindrance::Down => "it is down: lift it first",
-                    };
-                    say(format!("script, line {}: the arm stays: {why}", step.line));
-                }
-            }
-            Action::Push(push_n, _) => push(plant, push_n),
-            Action::Fault(kind, finger, for_s) => plant.faults_mut().push(Injected {
-                kind,
-                finger,
-                from_s: now_s,
-                until_s: now_s + for_s,
-            }),
-            Action::Repair => {
-                plant.faults_mut().clear();
-                plant.set_supply(self.gripper.regulator.supply_v);
-            }
-            Action::Supply(supply_v) => plant.set_supply(supply_v),
-            Action::End => {}
-        }
-    }
 }
 
 /// An object cannot appear where fingers are.
@@ -178,37 +162,145 @@ fn push(plant: &mut Plant, push_n: [f64; 3]) {
     });
 }
 
-/// Goes on with an action, and says whether it is over.
-fn is_over(
-    action: &Action,
-    plant: &mut Plant,
-    truth: &Truth,
+/// An action that has begun.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Acting {
+    action: Action,
+    /// When it began, s.
     since_s: f64,
+    /// Where the object was then, m.
     from_m: [f64; 3],
-) -> bool {
-    let acting_s = truth.t_s - since_s;
-    match *action {
-        Action::Appear | Action::Fault(..) | Action::Repair | Action::Supply(_) | Action::End => {
-            true
-        }
-        Action::Arm(..) => !plant.arm_mut().is_some_and(|arm| arm.is_moving(truth.t_s)),
-        Action::Push(_, for_s) => {
-            let is_over = acting_s >= for_s;
-            if is_over {
-                push(plant, [0.0; 3]);
+}
+
+impl Acting {
+    /// Begins an action; where nothing comes of it, also why.
+    fn begin(
+        action: Action,
+        gripper: &Gripper,
+        plant: &mut Plant,
+        truth: &Truth,
+    ) -> Result<Self, (Self, String)> {
+        let begun = Self {
+            action,
+            since_s: truth.t_s,
+            from_m: truth.object_m,
+        };
+        match action {
+            Action::Appear => plant.world_mut().place_object(),
+            Action::PullOut => plant.world_mut().lower_ground(LOWERED_M),
+            Action::Arm(wanted, acceleration) => {
+                let task = gripper.arm_task(acceleration);
+                let arm = plant.arm_mut();
+                let moves = arm.map(|arm| arm.begin(truth.t_s, wanted, &task));
+                if let Some(Err(why)) = moves {
+                    let why = match why {
+                        Hindrance::Moving => "it still moves",
+                        Hindrance::Up => "it is up already",
+                        Hindrance::Down => "it is down: lift it first",
+                    };
+                    return Err((begun, format!("the arm stays: {why}")));
+                }
             }
-            is_over
+            Action::Push(push_n, _) => push(plant, push_n),
+            Action::Fault(kind, finger, for_s) => plant.faults_mut().push(Injected {
+                kind,
+                finger,
+                from_s: truth.t_s,
+                until_s: truth.t_s + for_s,
+            }),
+            Action::Repair => {
+                plant.faults_mut().clear();
+                plant.set_supply(gripper.regulator.supply_v);
+            }
+            Action::Supply(supply_v) => plant.set_supply(supply_v),
+            Action::Input(_) | Action::End => {}
         }
-        Action::PullOut => {
-            let moved_m = from_m[2] - truth.object_m[2];
-            let is_over = moved_m >= PULLED_OUT_M || acting_s >= LONGEST_PULL_S;
-            if is_over {
-                plant.world_mut().remove_object();
-                push(plant, [0.0; 3]);
+        Ok(begun)
+    }
+
+    /// Goes on with it, and says whether it is over.
+    fn is_over(&self, plant: &mut Plant, truth: &Truth) -> bool {
+        let acting_s = truth.t_s - self.since_s;
+        match self.action {
+            Action::Appear
+            | Action::Fault(..)
+            | Action::Repair
+            | Action::Supply(_)
+            | Action::Input(_)
+            | Action::End => true,
+            Action::Arm(..) => !plant.arm_mut().is_some_and(|arm| arm.is_moving(truth.t_s)),
+            Action::Push(_, for_s) => {
+                let is_over = acting_s >= for_s;
+                if is_over {
+                    push(plant, [0.0; 3]);
+                }
+                is_over
+            }
+            Action::PullOut => {
+                let moved_m = self.from_m[2] - truth.object_m[2];
+                let is_over = moved_m >= PULLED_OUT_M || acting_s >= LONGEST_PULL_S;
+                if is_over {
+                    plant.world_mut().remove_object();
+                    push(plant, [0.0; 3]);
+                } else {
+                    push(plant, [0.0, 0.0, -PULL_N_PER_S * acting_s]);
+                }
+                is_over
+            }
+        }
+    }
+}
+
+/// What somebody wants to happen to the gripper at once.
+pub struct Order {
+    /// What.
+    pub action: Action,
+    /// Whether it has begun, or why nothing comes of it.
+    pub answer: Sender<Result<(), String>>,
+}
+
+/// Orders as they come.
+pub struct Orders {
+    orders: Receiver<Order>,
+    gripper: Gripper,
+    acting: Vec<Acting>,
+    pressed: Option<Command>,
+}
+
+impl Orders {
+    /// From whoever sends them.
+    pub fn new(orders: Receiver<Order>, gripper: &Gripper) -> Self {
+        Self {
+            orders,
+            gripper: gripper.clone(),
+            acting: Vec::new(),
+            pressed: None,
+        }
+    }
+
+    /// The digital input that has come on, once.
+    pub fn take_input(&mut self) -> Option<Command> {
+        self.pressed.take()
+    }
+
+    /// After each tick.
+    pub fn step(&mut self, plant: &mut Plant, truth: &Truth) -> Flow {
+        let mut flow = Flow::GoesOn;
+        while let Ok(Order { action, answer }) = self.orders.try_recv() {
+            let begun = if can_begin(&action, plant) {
+                Acting::begin(action, &self.gripper, plant, truth).map_err(|(_, why)| why)
             } else {
-                push(plant, [0.0, 0.0, -PULL_N_PER_S * acting_s]);
+                Err("the fingers are not open: an object cannot appear between them".into())
+            };
+            match action {
+                Action::Input(command) => self.pressed = Some(command),
+                Action::End => flow = Flow::Ends,
+                _ => {}
             }
-            is_over
+            // Who has asked may have gone.
+            let _ = answer.send(begun.map(|acting| self.acting.push(acting)));
         }
+        self.acting.retain(|acting| !acting.is_over(plant, truth));
+        flow
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::io::Came;
+use crate::pipe::Pipe;
 use crate::tcp::Tcp;
 use crate::tty::Tty;
 
@@ -14,6 +15,8 @@ pub enum Port {
     Tty(Tty),
     /// TCP.
     Tcp(Tcp),
+    /// Somebody in this process.
+    Pipe(Pipe),
 }
 
 impl Port {
@@ -38,14 +41,16 @@ impl Port {
         match self {
             Self::Tty(tty) => tty.name(),
             Self::Tcp(tcp) => tcp.address().to_string(),
+            Self::Pipe(_) => "this process".into(),
         }
     }
 
     /// Waits until something has come, but no longer than this.
-    pub fn wait(&self, at_most: Duration) {
+    pub fn wait(&mut self, at_most: Duration) {
         match self {
             Self::Tty(tty) => tty.wait(at_most),
             Self::Tcp(tcp) => tcp.wait(at_most),
+            Self::Pipe(pipe) => pipe.wait(at_most),
         }
     }
 
@@ -54,6 +59,10 @@ impl Port {
         match self {
             Self::Tty(tty) => tty.read(bytes),
             Self::Tcp(tcp) => tcp.read(bytes),
+            Self::Pipe(pipe) => match pipe.read(bytes) {
+                0 => Came::Nothing,
+                count => Came::Bytes(count),
+            },
         }
     }
 
@@ -62,6 +71,7 @@ impl Port {
         match self {
             Self::Tty(tty) => tty.write(bytes),
             Self::Tcp(tcp) => tcp.write(bytes),
+            Self::Pipe(pipe) => pipe.write(bytes),
         }
     }
 }

@@ -42,8 +42,11 @@ pub struct Readout {
     pub rows: Vec<Row>,
 }
 
-/// The register of an item of the own block.
-fn register(item: Item) -> anyhow::Result<u16> {
+/// The first register of an item of the own block.
+///
+/// # Errors
+/// If the map has none.
+pub fn register(item: Item) -> anyhow::Result<u16> {
     let found = REGISTERS.iter().find(|register| register.item == item);
     let found = found.context("the map has no such register")?;
     Ok(found.address)
@@ -58,7 +61,7 @@ pub fn read(master: &mut Master) -> anyhow::Result<Option<Readout>> {
         return Ok(None);
     }
     let words = numbers(&master.read(BLACK_BOX_FROM, 2 * WORDS as u16)?);
-    let settings = settings_of(master)?;
+    let settings = Settings::of(&settings(master)?);
     let front_end = FrontEnd::of(&settings.front_end, settings.gauge.gain);
     let tick_s = 1e-6 * TICK_US as f64;
     let rows: Vec<(u32, Codes)> = ticks(&words).map(|kept| (kept.tick, kept.codes)).collect();
@@ -100,15 +103,21 @@ pub fn clear(master: &mut Master) -> anyhow::Result<()> {
 }
 
 /// The gripper's settings.
-fn settings_of(master: &mut Master) -> anyhow::Result<Settings> {
+///
+/// # Errors
+/// If it does not answer, or has other settings than this program knows.
+pub fn settings(master: &mut Master) -> anyhow::Result<Values> {
     let mut values = Values::DEFAULT;
-    for field in &FIELDS {
-        let bits = numbers(&master.read(SETTINGS_FROM + 2 * field.number, 2)?);
-        values
-            .set(field.number, f32::from_bits(bits[0]))
-            .map_err(|error| anyhow::anyhow!("the gripper's settings: {error}"))?;
+    for run in FIELDS.chunk_by(|a, b| a.number + 1 == b.number) {
+        let from = SETTINGS_FROM + 2 * run[0].number;
+        let bits = numbers(&master.read(from, 2 * run.len() as u16)?);
+        for (field, bits) in run.iter().zip(bits) {
+            values
+                .set(field.number, f32::from_bits(bits))
+                .map_err(|error| anyhow::anyhow!("the gripper's settings: {error}"))?;
+        }
     }
-    Ok(Settings::of(&values))
+    Ok(values)
 }
 
 /// Numbers of two registers each.

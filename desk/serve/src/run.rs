@@ -10,7 +10,7 @@ use softgrip::units::Instant;
 
 use crate::io::Came;
 use crate::pace::Pace;
-use crate::play::{Flow, Play, Seen};
+use crate::play::{Flow, Orders, Play, Seen};
 use crate::port::Port;
 use crate::twin::{Ticked, Twin};
 
@@ -20,6 +20,8 @@ pub struct Options {
     pub speed: f64,
     /// What happens to it.
     pub play: Option<Play>,
+    /// What somebody wants to happen to it meanwhile.
+    pub orders: Option<Orders>,
 }
 
 /// Something that has happened.
@@ -155,15 +157,20 @@ impl Inlet {
     }
 }
 
-/// Runs until `stop`, or until the script ends it.
+/// Runs until `stop`, or until the script ends it. `observe` sees every tick.
 pub fn run(
     mut port: Port,
     mut twin: Twin,
     options: Options,
     stop: &AtomicBool,
     log: &mut impl FnMut(Line),
+    observe: &mut impl FnMut(&Ticked),
 ) -> Summary {
-    let Options { speed, mut play } = options;
+    let Options {
+        speed,
+        mut play,
+        mut orders,
+    } = options;
     let mut pace = Pace::new(speed);
     let mut inlet = Inlet::new(twin.id());
     let mut flow = Flow::GoesOn;
@@ -183,8 +190,18 @@ pub fn run(
         if let Some(reply) = &ticked.reply {
             inlet.answer(&mut port, reply);
         }
+        observe(&ticked);
         if let Some(play) = &mut play {
             flow = step(play, &mut twin, &ticked, &mut say);
+        }
+        if let Some(orders) = &mut orders {
+            let ends = orders.step(twin.plant_mut(), &ticked.truth) == Flow::Ends;
+            if let Some(input) = orders.take_input() {
+                twin.press(input);
+            }
+            if ends {
+                flow = Flow::Ends;
+            }
         }
     }
     Summary {
@@ -204,5 +221,9 @@ fn step(play: &mut Play, twin: &mut Twin, ticked: &Ticked, say: &mut impl FnMut(
         events: &ticked.events,
         register: shown,
     };
-    play.step(twin.plant_mut(), &seen, say)
+    let flow = play.step(twin.plant_mut(), &seen, say);
+    if let Some(input) = play.take_input() {
+        twin.press(input);
+    }
+    flow
 }

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use sim::arm::Move;
 use sim::events;
 use sim::fault::{self, FaultKind};
-use softgrip::FINGERS;
+use softgrip::{Command, FINGERS, Grip};
 use toml::Spanned;
 
 /// Steps, one after the other.
@@ -54,7 +54,7 @@ pub enum When {
 }
 
 /// What a step does.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action {
     /// The object stands between the fingers, once these are open.
     Appear,
@@ -70,6 +70,8 @@ pub enum Action {
     Repair,
     /// The supply has this voltage, V.
     Supply(f64),
+    /// A digital input comes on, and means this.
+    Input(Command),
     /// The virtual gripper ends.
     End,
 }
@@ -97,6 +99,7 @@ struct Written {
     fault: Option<String>,
     for_s: Option<f64>,
     supply_v: Option<f64>,
+    input: Option<String>,
     end: Option<bool>,
 }
 
@@ -198,10 +201,11 @@ impl Written {
             self.push_n.map(|push_n| self.push(push_n)),
             self.fault.as_deref().map(|name| self.fault(name)),
             self.supply_v.map(supply),
+            self.input.as_deref().map(input),
             self.end.map(end),
         ];
         let mut found = found.into_iter().flatten();
-        let one = "a step must do one thing: object, arm, push_n, fault, supply_v or end";
+        let one = "a step must do one thing: object, arm, push_n, fault, supply_v, input or end";
         let action = found.next().context(one)??;
         ensure!(found.next().is_none(), one);
         ensure!(
@@ -267,6 +271,16 @@ fn object(name: &str) -> anyhow::Result<Action> {
 fn supply(supply_v: f64) -> anyhow::Result<Action> {
     within("supply_v", supply_v, 0.0, 36.0)?;
     Ok(Action::Supply(supply_v))
+}
+
+fn input(name: &str) -> anyhow::Result<Action> {
+    let command = match name {
+        "grip" => Command::Grip(Grip::Default),
+        "release" => Command::Release,
+        "acknowledge" => Command::Acknowledge,
+        _ => bail!("input = {name:?}: must be \"grip\", \"release\" or \"acknowledge\""),
+    };
+    Ok(Action::Input(command))
 }
 
 fn end(is_end: bool) -> anyhow::Result<Action> {
@@ -342,6 +356,9 @@ impl std::fmt::Display for Action {
             }
             Self::Repair => write!(f, "all that was broken is whole again"),
             Self::Supply(supply_v) => write!(f, "the supply has {supply_v} V"),
+            Self::Input(Command::Release) => write!(f, "the input RELEASE comes on"),
+            Self::Input(Command::Acknowledge) => write!(f, "the input ACK comes on"),
+            Self::Input(_) => write!(f, "the input GRIP comes on"),
             Self::End => write!(f, "the end"),
         }
     }
@@ -417,6 +434,7 @@ for_s = 0.25
             ("supply_v = 230.0", "must lie within 0 and 36"),
             ("supply_v = 24.0\nfor_s = 1.0", "for_s belongs to"),
             ("end = true\naccel_m_s2 = 1.0", "accel_m_s2 belongs to arm"),
+            ("input = 'open'", "\"grip\", \"release\" or \"acknowledge\""),
             ("end = true\nat_s = -1.0", "must lie within 0 and"),
             (
                 "end = true\nat_s = 1.0\nwhen = { event = 'lost' }",

@@ -11,11 +11,12 @@ use sim::plant::{Plant, Truth};
 use sim::run;
 use sim::setup::Setup;
 use softgrip::blackbox::{Memory, Recorder, WORDS};
+use softgrip::fault::GaugeFault;
 use softgrip::settings::{Active, REGULATOR_LAG, TARE, Values};
 use softgrip::table::FingerTable;
-use softgrip::telemetry::Event;
-use softgrip::units::{DacCode, Instant};
-use softgrip::{Command, Controller, TICK_US};
+use softgrip::telemetry::{Event, Snapshot};
+use softgrip::units::{DacCode, FINGERS, Instant};
+use softgrip::{Command, Controller, RawFrame, TICK_US};
 
 use crate::script::{Script, When};
 
@@ -23,8 +24,22 @@ use crate::script::{Script, When};
 pub struct Ticked {
     /// The true state of the plant.
     pub truth: Truth,
+    /// What the converters delivered.
+    pub frame: RawFrame,
+    /// What the controller was told to do.
+    pub command: Command,
+    /// What it made of them.
+    pub snapshot: Snapshot,
+    /// For the regulator's command converter.
+    pub dac: DacCode,
+    /// What has failed of each gauge.
+    pub gauges: [Option<GaugeFault>; FINGERS],
     /// The controller's events.
     pub events: Vec<Event>,
+    /// The settings that the controller works by from this tick on, where they are new to it.
+    pub applied: Option<Values>,
+    /// The settings with what a tare or a sweep of this tick has found.
+    pub learned: Option<Values>,
     /// The answer to the request that was waiting; empty if there is none.
     pub reply: Option<Reply>,
 }
@@ -42,6 +57,8 @@ pub struct Twin {
     values: Values,
     /// The controller has not taken them yet.
     is_changed: bool,
+    /// A digital input has come on.
+    pressed: Option<Command>,
     dac: DacCode,
     ticks: u64,
     is_waiting: bool,
@@ -74,6 +91,7 @@ impl Twin {
             id: settings.bus.id,
             values: settings.values(),
             is_changed: false,
+            pressed: None,
             dac: DacCode(0),
             ticks: 0,
             is_waiting: false,
@@ -119,6 +137,11 @@ impl Twin {
         &mut self.plant
     }
 
+    /// A digital input comes on.
+    pub fn press(&mut self, input: Command) {
+        self.pressed = Some(input);
+    }
+
     /// Whether a request waits for its answer.
     pub fn is_waiting(&self) -> bool {
         self.is_waiting
@@ -148,12 +171,13 @@ impl Twin {
 
     /// One tick. `damaged` frames have come so far.
     pub fn tick(&mut self, damaged: u16, say: &mut impl FnMut(String)) -> Ticked {
-        self.apply_settings();
+        let is_first = self.ticks == 0;
+        let applied = (self.apply_settings() || is_first).then_some(self.values);
         self.ticks += 1;
         let (frame, truth) = self.plant.step(self.dac);
         let pins = match fault::any(self.plant.faults_mut(), FaultKind::Stop, truth.t_s) {
             true => Command::Stop,
-            false => Command::Continue,
+            false => self.pressed.take().unwrap_or(Command::Continue),
         };
         if !self.is_waiting {
             // A script wants to know, too.
@@ -163,6 +187,7 @@ impl Twin {
         let outputs = self.controller.step(self.now(), &frame, command);
         self.dac = outputs.dac;
         let events: Vec<Event> = outputs.events.iter().copied().collect();
+        let mut is_learned = false;
         for &event in &events {
             let timed = TimedEvent {
                 t_s: truth.t_s,
@@ -170,7 +195,7 @@ impl Twin {
             };
             say(timed.words());
             self.black_box.report(self.now(), &event);
-            self.learn(event, say);
+            is_learned |= self.learn(event, say);
         }
         self.black_box.step(&frame, outputs.dac);
         let status = self.link.ticked(&self.controller, &outputs);
@@ -187,7 +212,14 @@ impl Twin {
         };
         Ticked {
             truth,
+            frame,
+            command,
+            snapshot: outputs.snapshot,
+            dac: outputs.dac,
+            gauges: self.controller.gauge_faults(),
             events,
+            applied,
+            learned: is_learned.then_some(self.values),
             reply,
         }
     }
@@ -219,17 +251,19 @@ impl Twin {
         Some(robot)
     }
 
-    /// Has the controller use what has been changed, as soon as it may.
-    fn apply_settings(&mut self) {
+    /// Has the controller use what has been changed, as soon as it may, and says whether it does from now on.
+    fn apply_settings(&mut self) -> bool {
         if self.is_changed
             && let Ok(active) = Active::of(&self.values, self.table)
         {
             self.is_changed = self.controller.apply(active).is_err();
+            return !self.is_changed;
         }
+        false
     }
 
-    /// Keeps what a tare or a sweep has found.
-    fn learn(&mut self, event: Event, say: &mut impl FnMut(String)) {
+    /// Keeps what a tare or a sweep has found, and says whether it has found anything.
+    fn learn(&mut self, event: Event, say: &mut impl FnMut(String)) -> bool {
         let stated: Vec<(u16, f32)> = match event {
             // The controller uses it already.
             Event::Tared => TARE.into_iter().zip(self.controller.tare_ue()).collect(),
@@ -239,12 +273,14 @@ impl Twin {
                 let found = self.controller.take_calibration();
                 found.map_or(Vec::new(), |found| found.stated(lag_ms, self.table).into())
             }
-            _ => return,
+            _ => return false,
         };
+        let is_any = !stated.is_empty();
         for (number, value) in stated {
             if let Err(error) = self.values.set(number, value) {
                 say(format!("what has been learned is not kept: {error}"));
             }
         }
+        is_any
     }
 }

@@ -4,10 +4,13 @@
 pub mod blackbox;
 pub mod calibrate;
 pub mod capability;
+pub mod diff;
 pub mod evaluate;
 pub mod fit;
 pub mod gauge;
 pub mod output;
+#[cfg(unix)]
+pub mod record;
 pub mod registers;
 pub mod replay;
 pub mod section;
@@ -15,9 +18,12 @@ pub mod section;
 pub mod serve;
 pub mod settings;
 pub mod sim;
+#[cfg(unix)]
+pub mod source;
 pub mod study;
 pub mod sweep;
 pub mod table;
+pub mod telemetry;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -50,7 +50,11 @@ impl Gripper {
             twin.check(&script).expect("registers that there are");
             Play::new(script, &setup.gripper)
         });
-        let options = Options { speed: 1.0, play };
+        let options = Options {
+            speed: 1.0,
+            play,
+            orders: None,
+        };
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, lines) = channel();
         Self {
@@ -60,7 +64,7 @@ impl Gripper {
             said: Vec::new(),
             thread: thread::spawn(move || {
                 let mut log = |line| sender.send(line).expect("somebody listens");
-                run::run(port, twin, options, &stop, &mut log)
+                run::run(port, twin, options, &stop, &mut log, &mut |_| {})
             }),
         }
     }
