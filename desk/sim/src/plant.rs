@@ -419,7 +419,8 @@ impl Plant {
             noise_ue *= NOISY;
         }
         if fault(FaultKind::GaugeSaturated).is_some() {
-            strain_ue = 2.0 * f64::from(front_end.amplifier.full_scale.0);
+            // Between the end of the scale and that of the amplifier.
+            strain_ue = 1.15 * f64::from(front_end.amplifier.full_scale.0);
         }
         let wire = [
             FaultKind::GaugeShort,

@@ -1,0 +1,2 @@
+def write(each): return []
+def differ(each): return []
