@@ -71,8 +71,8 @@ def diode(block: str, ref: str, nets: tuple[str, ...], model: str, kind: str = "
         "BAS70": ("BAS70-04,215", ("BAS70-04-7-F", "BAS70-04-E3-08"), "Package_TO_SOT_SMD:SOT-23"),
         "C12": ("BZT52C12-7-F", ("BZT52C12-E3-08",), "Diode_SMD:D_SOD-123"),
         "C13": ("BZT52C13-7-F", ("BZT52C13-E3-08",), "Diode_SMD:D_SOD-123"),
-        "TVS6": ("SMAJ6.0CA", ("SMAJ6.0CA-13-F",), "Diode_SMD:D_SMA"),
-        "TVS13": ("SMAJ13CA", ("SMAJ13CA-13-F",), "Diode_SMD:D_SMA"),
+        "TVS6": ("SMAJ6.0A", ("SMAJ6.0A-13-F",), "Diode_SMD:D_SMA"),
+        "TVS13": ("SMAJ13A", ("SMAJ13A-13-F",), "Diode_SMD:D_SMA"),
         "TVS26": ("SMBJ26CA", ("SMBJ26CA-13-F",), "Diode_SMD:D_SMB"),
         "TVS33": ("SMAJ33CA", ("SMAJ33CA-13-F",), "Diode_SMD:D_SMA"),
         "ESD24": ("PESD24VL1BA,115", ("CDSOD323-T24C",), "Diode_SMD:D_SOD-323"),
@@ -142,10 +142,10 @@ def gauge(n: int) -> list[Part]:
     exc, sig, pin = f"EXC{n}", f"SIG{n}", f"GAUGE{n}"
     return [
         quad(b, n + 1, ("AREF_F", f"FB{n}", f"DRV{n}")),
-        r(b, f"R{p}01", "100", f"DRV{n}", f"LIM{n}"),
-        diode(b, f"D{p}01", (f"LIM{n}", "GND"), "TVS6", "TVS"),
+        r(b, f"R{p}01", "220", f"DRV{n}", f"LIM{n}"),
+        diode(b, f"D{p}01", ("GND", f"LIM{n}"), "TVS6"),
         ptc(b, f"F{p}01", f"LIM{n}", exc),
-        r(b, f"R{p}02", "10k", exc, f"FB{n}"),
+        r(b, f"R{p}02", "22k", exc, f"FB{n}"),
         c(b, f"C{p}01", "1n", f"DRV{n}", f"FB{n}"),
         c(b, f"C{p}02", "100n", exc),
         diode(b, f"D{p}02", (sig, "GND"), "ESD24", "TVS"),
@@ -177,10 +177,11 @@ def command() -> list[Part]:
         r(b, "R404", "59k", "CMD_FB", "AREF", 0.1),
         r(b, "R405", "20k", "CMD_OUT", "CMD_FB", 0.1),
         c(b, "C402", "100p", "CMD_DRV", "CMD_FB"),
-        r(b, "R406", "100", "CMD_DRV", "CMD_LIM"),
-        diode(b, "D401", ("CMD_LIM", "GND"), "TVS13", "TVS"),
+        r(b, "R406", "220", "CMD_DRV", "CMD_LIM"),
+        diode(b, "D401", ("GND", "CMD_LIM"), "TVS13"),
         ptc(b, "F401", "CMD_LIM", "CMD_OUT"),
         r(b, "R407", "10k", "CMD_OUT", "GND"),
+        diode(b, "D402", ("CMD_OUT", "GND"), "ESD24", "TVS"),
         c(b, "C403", "100n", "V12"),
     ]  # fmt: skip
 
@@ -188,7 +189,7 @@ def command() -> list[Part]:
 def monitor() -> list[Part]:
     b = "monitor and supply"
     return [
-        diode(b, "D402", ("MON_IN", "GND"), "ESD24", "TVS"),
+        diode(b, "D405", ("MON_IN", "GND"), "ESD24", "TVS"),
         r(b, "R411", "69.8k", "MON_IN", "MONITOR", 0.1),
         r(b, "R412", "30k", "MONITOR", "GND", 0.1),
         c(b, "C411", "100n", "MONITOR"),

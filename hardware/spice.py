@@ -34,12 +34,12 @@ def cards(part: Part) -> list[str]:
         case "BAS70":
             low, middle, high = nets
             return [f"D{name}a {low} {middle} DBAS70", f"D{name}b {middle} {high} DBAS70"]
-        case "TVS6" | "TVS13" | "TVS26" | "TVS33" | "ESD24":
+        case "TVS26" | "TVS33" | "ESD24":
             # Two diodes against each other: one breaks through, the other conducts.
             one, other = nets
             model = f"D{part.model}"
             return [f"D{name}a {name}m {one} {model}", f"D{name}b {name}m {other} {model}"]
-        case "1N4148" | "C12" | "C13":
+        case "1N4148" | "C12" | "C13" | "TVS6" | "TVS13":
             return [f"D{name} {two} D{part.model}"]
         case "NPN":
             base, collector, emitter = nets

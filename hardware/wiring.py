@@ -75,7 +75,7 @@ def command() -> str:
             ["pull-down", f"{value['401']} at the converter's pin"],
             ["amplifier", f"TLV9301 at 12 V: {circuit.command_gain():.3f} times the converter's voltage less {lost:.3f} AREF "
              f"({value['405']} from the connector, {value['403']} to ground, {value['404']} to AREF, 0.1 %); {value['402']} and 1 nF before it"],
-            ["protection", f"{value['406']} and a 50 mA PTC inside the loop, SMAJ13CA between them; {value['407']} at the connector"],
+            ["protection", f"{value['406']} and a 50 mA PTC inside the loop, SMAJ13A between them; {value['407']} at the connector"],
         ],
     )  # fmt: skip
 
