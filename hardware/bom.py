@@ -27,6 +27,17 @@ def bom(parts: list[Part]) -> str:
         one, two, *_ = *first.alternatives, "", ""
         tolerance = f"{100.0 * first.tolerance:g}" if first.kind in ("R", "C") else ""
         table.writerow(
-            [" ".join(references), len(references), first.value, mpn, one, two, tolerance, first.footprint, fit, first.note]
+            [
+                " ".join(references),
+                len(references),
+                first.value,
+                mpn,
+                one,
+                two,
+                tolerance,
+                first.footprint,
+                fit,
+                first.note,
+            ]
         )
     return out.getvalue()

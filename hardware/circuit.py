@@ -92,14 +92,10 @@ KINDS: dict[str, Kind] = {
     ),
     "RESET": Kind((_pins("3:VCC:power_in:L 1:GND:power_in:L 2:~RESET:open_collector:R"),), "U"),
     "BUCK": Kind(
-        (
-            _pins(
-                "5:VIN:power_in:L 4:~SHDN:input:L 2:GND:power_in:L "
-                "1:CB:passive:R 6:SW:passive:R 3:FB:input:R"
-            ),
-        ),
+        (_pins("5:VIN:power_in:L 4:~SHDN:input:L 2:GND:power_in:L 1:CB:passive:R 6:SW:passive:R 3:FB:input:R"),),
         "U",
     ),
+    "X1": _row("J", 1),
     "X2": _row("J", 2),
     "X3": _row("J", 3),
     "X4": _row("J", 4),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from circuit import Part
-from experiments import SUPPLIES, gauge_circuit
+from experiments import SUPPLIES, Each, gauge_circuit
 from front_end import AREF, bridge
 from spice import deck, netlist, waves
 
@@ -105,7 +105,11 @@ def supply(_: str) -> list[float]:
 
 
 def ticks(circuit: list[Part], around: str, net: str) -> list[float]:
-    bench = around + SWITCHES.format(at=BEGINS_MS) + f".control\ntran 20u {BEGINS_MS + TICKS}m 0 20u\nlinearize v({net})\n.endc"
+    bench = (
+        around
+        + SWITCHES.format(at=BEGINS_MS)
+        + f".control\ntran 20u {BEGINS_MS + TICKS}m 0 20u\nlinearize v({net})\n.endc"
+    )
     wave = waves(deck(net, circuit, bench), [f"v({net})"])
     means = []
     for tick in range(TICKS):
@@ -121,7 +125,7 @@ def code(volts: float) -> int:
 
 
 # A monitor at 140 kPa: its wire breaks, or 24 V get on it.
-OTHERS: tuple[tuple[str, Callable[..., list[float]], tuple], ...] = (
+OTHERS: tuple[tuple[str, Callable[..., list[float]], tuple[str | bool, ...]], ...] = (
     ("monitor-open", monitor, ("7", True)),
     ("monitor-24v", monitor, (f"PULSE(7 24 {BEGINS_MS}m 1u 1u 10 20)", False)),
     ("supply-fails", supply, ("",)),
@@ -136,12 +140,12 @@ def named(name: str) -> tuple[str, list[int]]:
     return other, [code(volts) for volts in make(*arguments)]
 
 
-def simulated(each: Callable) -> dict[str, list[int]]:
+def simulated(each: Each) -> dict[str, list[int]]:
     names = [scenario.name for scenario in SCENARIOS] + [name for name, _, _ in OTHERS]
     return dict(each(named, [(name,) for name in names]))
 
 
-def write(each: Callable) -> list[str]:
+def write(each: Each) -> list[str]:
     FOLDER.mkdir(exist_ok=True)
     for name, found in simulated(each).items():
         rows = "".join(f"{tick},{value}\n" for tick, value in enumerate(found))
@@ -149,7 +153,7 @@ def write(each: Callable) -> list[str]:
     return []
 
 
-def differ(each: Callable) -> list[str]:
+def differ(each: Each) -> list[str]:
     """Which files are not what the circuit shows."""
     wrong = []
     for name, found in simulated(each).items():

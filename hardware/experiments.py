@@ -6,10 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from random import Random
+from typing import Any
 
 from circuit import Part
 from front_end import AREF, bridge, constants
 from spice import copied, deck, measured, netlist, run, varied, waves
+
+# Calls a function with each of these arguments, on all cores.
+Each = Callable[[Callable[..., Any], list[tuple[Any, ...]]], list[Any]]
 
 SAMPLES = 200
 KELVIN = (-25.0, 0.0, 25.0)
@@ -65,24 +69,28 @@ def gauge_sample(n: int, wild: float) -> list[tuple[float, float, float]]:
             mark = f"_{t}{s}"
             circuit += copied(warm, mark)
             upper, lower = bridge(strain * factor)
-            wires += [f"RU{mark} EXC1{mark} SIG1{mark} {upper * arms[0]:.9g}", f"RL{mark} SIG1{mark} 0 {lower * arms[1]:.9g}"]
+            wires += [
+                f"RU{mark} EXC1{mark} SIG1{mark} {upper * arms[0]:.9g}",
+                f"RL{mark} SIG1{mark} 0 {lower * arms[1]:.9g}",
+            ]
             prints.append(f"print v(GAUGE1{mark})")
     bench = SUPPLIES.format(aref=aref) + "\n".join([*wires, ".control", "op", *prints, ".endc"])
     said = measured(run(deck(f"gauge, sample {n}", circuit, bench)))
-    shown = [(v * AREF / aref - SCALE["gauge_zero_v"]) * UE_PER_V for v in (said[f"v(gauge1_{t}{s})"] for t in range(3) for s in range(3))]
+    shown = [
+        (v * AREF / aref - SCALE["gauge_zero_v"]) * UE_PER_V
+        for v in (said[f"v(gauge1_{t}{s})"] for t in range(3) for s in range(3))
+    ]
     return [(shown[i], shown[i + 1], shown[i + 2]) for i in (0, 3, 6)]
 
 
-def gauges(each: Callable) -> list[Row]:
+def gauges(each: Each) -> list[Row]:
     boards = each(gauge_sample, [(n, 1.0) for n in range(SAMPLES)])
     drifts = each(gauge_sample, [(n, 0.0) for n in range(SAMPLES // 4)])
     zeros = [zero for board in boards for _, zero, _ in board]
     gains = [100.0 * ((high - low) / 40_000.0 - 1.0) for board in boards for low, _, high in board]
     bend = [0.5 * (high + low) - zero for board in boards for low, zero, high in board]
     drift = [zero - board[1][1] for board in drifts for _, zero, _ in board]
-    of_gain = [
-        100.0 * ((high - low) / (board[1][2] - board[1][0]) - 1.0) for board in drifts for low, _, high in board
-    ]
+    of_gain = [100.0 * ((high - low) / (board[1][2] - board[1][0]) - 1.0) for board in drifts for low, _, high in board]
     return [
         # `TARE_LIMIT_UE` in src/zero.rs.
         spread("gauge, zero, 0 to 50 °C", zeros, -2_000.0, 2_000.0, "µε"),
@@ -95,21 +103,26 @@ def gauges(each: Callable) -> list[Row]:
     ]
 
 
-def bandwidth(_: Callable) -> list[Row]:
+def bandwidth(_: Each) -> list[Row]:
     """A loss takes 30 ms, a tick averages over 1: slower than a tick's Nyquist, faster than 3 ms."""
     upper, lower = bridge(0.0)
     bench = (
-        SUPPLIES.format(aref=AREF) + f"RU EXC1 SIG1 {upper}\nRL SIG1 S {lower}\nVS S 0 AC 1\n.control\nac dec 200 1 100k\n"
+        SUPPLIES.format(aref=AREF)
+        + f"RU EXC1 SIG1 {upper}\nRL SIG1 S {lower}\nVS S 0 AC 1\n.control\nac dec 200 1 100k\n"
         "let share = vdb(GAUGE1) - vdb(GAUGE1)[0]\nmeas ac corner when share=-3 fall=1\n.endc"
     )
     corner = measured(run(deck("bandwidth", list(gauge_circuit()), bench)))["corner"]
     bench = (
-        SUPPLIES.format(aref=AREF) + f"RU EXC1 SIG1 {upper}\nRL SIG1 S {lower}\nVS S 0 PULSE(0 10m 20m 1u 1u 1 2)\n.control\n"
+        SUPPLIES.format(aref=AREF)
+        + f"RU EXC1 SIG1 {upper}\nRL SIG1 S {lower}\nVS S 0 PULSE(0 10m 20m 1u 1u 1 2)\n.control\n"
         "tran 5u 40m\nmeas tran first find v(GAUGE1) at=19m\nmeas tran last find v(GAUGE1) at=39m\n"
         "let share = (v(GAUGE1) - first) / (last - first)\nmeas tran rise trig share val=0.1 rise=1 targ share val=0.9 rise=1\n.endc"
     )
     rise = 1e6 * measured(run(deck("step", list(gauge_circuit()), bench)))["rise"]
-    return [spread("gauge, −3 dB", [corner], 500.0, 1_200.0, "Hz"), spread("gauge, rise 10 to 90 %", [rise], 250.0, 700.0, "µs")]
+    return [
+        spread("gauge, −3 dB", [corner], 500.0, 1_200.0, "Hz"),
+        spread("gauge, rise 10 to 90 %", [rise], 250.0, 700.0, "µs"),
+    ]
 
 
 POWER = ["command", "power"]
@@ -149,7 +162,7 @@ def command_sample(n: int) -> list[tuple[float, float]]:
     ]
 
 
-def command(each: Callable) -> list[Row]:
+def command(each: Each) -> list[Row]:
     boards = each(command_sample, [(n,) for n in range(SAMPLES)])
     by_pressure: dict[float, list[float]] = {}
     for board in boards:
@@ -162,7 +175,9 @@ def command(each: Callable) -> list[Row]:
     return rows
 
 
-def sequence(title: str, supplies: str, on: str, dac: str, leak: str, until_ms: float, more: str = "") -> list[list[float]]:
+def sequence(
+    title: str, supplies: str, on: str, dac: str, leak: str, until_ms: float, more: str = ""
+) -> list[list[float]]:
     """Time and command output while supplies and the chip come and go."""
     bench = (
         supplies + f"VON ON 0 {on}\nRREG CMD_OUT 0 10k\n" + PIN.format(dac=dac, leak=leak) + more
@@ -175,7 +190,7 @@ def up(after_ms: float, volts: float, rise_ms: float = 2.0) -> str:
     return f"PWL(0 0 {after_ms}m 0 {after_ms + rise_ms}m {volts})"
 
 
-def starts(_: Callable) -> list[Row]:
+def starts(_: Each) -> list[Row]:
     """Power-up in both orders, reset, brown-out. An open finger allows 5 kPa, which are 0.25 V, for a moment."""
     rows = []
     for leak, name in (("1u", "1 µA"), ("-1u", "−1 µA"), ("5u", "5 µA")):
@@ -185,7 +200,9 @@ def starts(_: Callable) -> list[Row]:
             # The converter is on, at code 0, 5 ms after the rail.
             on = f"PWL(0 0 {second + 7}m 0 {second + 7.001}m 1)"
             wave = sequence(f"power-up, {order}, {name}", supplies, on, "0", leak, 60.0)
-            rows.append(spread(f"power-up, {order}, pin leaks {name}: most", [max(row[1] for row in wave)], -0.25, 0.25, "V"))
+            rows.append(
+                spread(f"power-up, {order}, pin leaks {name}: most", [max(row[1] for row in wave)], -0.25, 0.25, "V")
+            )
             still = [row[1] for row in wave if row[0] > max(first, second) * 1e-3 + 5e-3]
             rows.append(spread(f"power-up, {order}, pin leaks {name}: at rest", still, -rest, rest, "V"))
     running = f"V24 V24_IN 0 24\nVA AREF 0 {AREF}\n"
@@ -198,7 +215,9 @@ def starts(_: Callable) -> list[Row]:
         rows.append(spread("reset from 160 kPa: before", before, 7.9, 8.1, "V"))
         rows.append(spread(f"reset from 160 kPa, pin leaks {name}: 0.5 ms after and on", after, -0.05, 0.05, "V"))
         off = next(row[0] for row in wave if row[0] > 0.0401 and row[1] < 0.05)
-        rows.append(spread(f"reset from 160 kPa, pin leaks {name}: below 50 mV after", [1e6 * (off - 0.040)], 0.0, 500.0, "µs"))
+        rows.append(
+            spread(f"reset from 160 kPa, pin leaks {name}: below 50 mV after", [1e6 * (off - 0.040)], 0.0, 500.0, "µs")
+        )
     rows += brown_out() + dips()
     return rows
 
@@ -225,7 +244,9 @@ def dips() -> list[Row]:
     held = [row[1] for row in wave if 0.038 < row[0] < 0.040]
     return [
         spread("24 V dips at 120 kPa: before", held, 5.9, 6.1, "V"),
-        spread("24 V dips at 120 kPa: most from then on", [max(row[1] for row in wave if row[0] > 0.040)], 5.9, 6.25, "V"),
+        spread(
+            "24 V dips at 120 kPa: most from then on", [max(row[1] for row in wave if row[0] > 0.040)], 5.9, 6.25, "V"
+        ),
     ]
 
 
@@ -244,7 +265,7 @@ def monitor_sample(n: int) -> tuple[float, float, float]:
     return found[0], found[1], said["v(supply)"] * SCALE["supply_divider"] - 24.0
 
 
-def monitor(each: Callable) -> list[Row]:
+def monitor(each: Each) -> list[Row]:
     boards = each(monitor_sample, [(n,) for n in range(SAMPLES // 2)])
     zero, at_120, supply = (list(column) for column in zip(*boards, strict=True))
     return [
@@ -254,15 +275,28 @@ def monitor(each: Callable) -> list[Row]:
     ]
 
 
-def inputs(_: Callable) -> list[Row]:
+def inputs(_: Each) -> list[Row]:
     """A PLC's 0 is at most 5 V, its 1 at least 15 V (IEC 61131-2, type 1). The chip: 0.3 and 0.7 of 3.3 V."""
     rows = []
     circuit = [part for part in netlist(["24 V inputs"]) if "GRIP" in "".join(part.nets) or part.name == "U501A"]
-    for volts, ctr, least, most in ((5.0, 4.0, 2.31, 3.3), (5.0, 0.5, 2.31, 3.3), (15.0, 0.5, 0.0, 0.99), (30.0, 0.5, 0.0, 0.99)):
+    for volts, ctr, least, most in (
+        (5.0, 4.0, 2.31, 3.3),
+        (5.0, 0.5, 2.31, 3.3),
+        (15.0, 0.5, 0.0, 0.99),
+        (30.0, 0.5, 0.0, 0.99),
+    ):
         board = [part.told(f"ctr={ctr}") if part.model == "OPTO" else part for part in circuit]
         bench = f"VI GRIP_24V IN_0V {volts}\nRG IN_0V 0 1\nV33 V3V3 0 3.3\n.control\nop\nprint v(GRIP) i(VI)\n.endc"
         said = measured(run(deck(f"input at {volts} V", board, bench)))
-        rows.append(spread(f"input at {volts:.0f} V, transfer ratio {100 * ctr:.0f} %: the chip's pin", [said["v(grip)"]], least, most, "V"))
+        rows.append(
+            spread(
+                f"input at {volts:.0f} V, transfer ratio {100 * ctr:.0f} %: the chip's pin",
+                [said["v(grip)"]],
+                least,
+                most,
+                "V",
+            )
+        )
     bench = "VI GRIP_24V IN_0V -24\nRG IN_0V 0 1\nV33 V3V3 0 3.3\n.control\nop\nprint v(GRIP_LED,IN_0V)\n.endc"
     said = measured(run(deck("input reversed", circuit, bench)))
     rows.append(spread("input at −24 V: across the optocoupler's diode", list(said.values())[:1], -5.0, 0.0, "V"))
@@ -289,7 +323,7 @@ def most_ma(circuit: list[Part], around: str, net: str, hit: str, through: str) 
     return max(abs(1e3 * (row[1] - row[2]) / part.number()) for row in wave)
 
 
-def survival(_: Callable) -> list[Row]:
+def survival(_: Each) -> list[Row]:
     """24 V and sparks on each pin of a connector: what then reaches the chips, against what they bear."""
     upper, lower = bridge(0.0)
     gauge, analogue = list(gauge_circuit()), netlist(["command", "monitor and supply"])
@@ -316,7 +350,7 @@ def survival(_: Callable) -> list[Row]:
     return rows
 
 
-def supply(_: Callable) -> list[Row]:
+def supply(_: Each) -> list[Row]:
     """24 V plugged in hot, reversed, and a surge of 60 V. The capacitors are for 50 V, all other parts behind for more."""
     rows = []
     load = "RB V24 0 100\n"
@@ -326,27 +360,49 @@ def supply(_: Callable) -> list[Row]:
         ("60 V through 2 Ω for 1 ms", "PWL(0 24 5m 24 5.01m 60 6m 60 6.01m 24)", 0.0, 50.0),
     ):
         ohms = "2" if "60 V" in name else "0.1"
-        bench = f"VI A 0 {source}\nRI A B {ohms}\nLI B V24_IN 2u\nVA AREF 0 3.3\n" + load + ".control\ntran 2u 12m uic\n.endc"
+        bench = (
+            f"VI A 0 {source}\nRI A B {ohms}\nLI B V24_IN 2u\nVA AREF 0 3.3\n"
+            + load
+            + ".control\ntran 2u 12m uic\n.endc"
+        )
         wave = waves(deck(name, netlist(["power"]), bench), ["v(V24)"])
         rows.append(spread(f"24 V in, {name}: inside", [row[1] for row in wave], least, most, "V"))
     return rows
 
 
-def nominal(_: Callable) -> list[Row]:
+def nominal(_: Each) -> list[Row]:
     """The simulator agrees with the closed forms that the firmware's constants come from, and an operating point is what
     the circuit settles to."""
     rows = []
     for strain in (-20_000.0, 0.0, 20_000.0):
         upper, lower = bridge(strain)
         wires = SUPPLIES.format(aref=AREF) + f"RU EXC1 SIG1 {upper}\nRL SIG1 0 {lower}\n"
-        said = measured(run(deck("nominal", list(gauge_circuit()), wires + ".control\nop\nprint v(GAUGE1)\n.endc")))["v(gauge1)"]
-        later = measured(run(deck("settled", list(gauge_circuit()), wires + ".control\ntran 20u 60m uic\nmeas tran v find v(GAUGE1) at=59m\n.endc")))["v"]
+        said = measured(run(deck("nominal", list(gauge_circuit()), wires + ".control\nop\nprint v(GAUGE1)\n.endc")))[
+            "v(gauge1)"
+        ]
+        later = measured(
+            run(
+                deck(
+                    "settled",
+                    list(gauge_circuit()),
+                    wires + ".control\ntran 20u 60m uic\nmeas tran v find v(GAUGE1) at=59m\n.endc",
+                )
+            )
+        )["v"]
         right = SCALE["gauge_zero_v"] + strain / UE_PER_V
-        rows.append(spread(f"gauge at {strain:+.0f} µε, less the firmware's", [1e3 * (said - right), 1e3 * (later - right)], -2.0, 2.0, "mV"))
+        rows.append(
+            spread(
+                f"gauge at {strain:.0f} µε, less the firmware's",
+                [1e3 * (said - right), 1e3 * (later - right)],
+                -2.0,
+                2.0,
+                "mV",
+            )
+        )
     return rows
 
 
-EXPERIMENTS: dict[str, Callable[[Callable], list[Row]]] = {
+EXPERIMENTS: dict[str, Callable[[Each], list[Row]]] = {
     "nominal": nominal,
     "gauges": gauges,
     "bandwidth": bandwidth,

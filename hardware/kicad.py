@@ -64,10 +64,19 @@ def body(kind: str, pins: tuple[Pin, ...]) -> str:
     match kind:
         case "C":
             return "".join(
-                (line((-0.5, -1.8), (-0.5, 1.8)), line((0.5, -1.8), (0.5, 1.8)), line((-2.54, 0), (-0.5, 0)), line((0.5, 0), (2.54, 0)))
+                (
+                    line((-0.5, -1.8), (-0.5, 1.8)),
+                    line((0.5, -1.8), (0.5, 1.8)),
+                    line((-2.54, 0), (-0.5, 0)),
+                    line((0.5, 0), (2.54, 0)),
+                )
             )
         case "D" | "TVS":
-            shape = [line((-1.3, 1.3), (-1.3, -1.3), (1.3, 0), (-1.3, 1.3)), line((1.3, 1.3), (1.3, -1.3)), line((-2.54, 0), (2.54, 0))]
+            shape = [
+                line((-1.3, 1.3), (-1.3, -1.3), (1.3, 0), (-1.3, 1.3)),
+                line((1.3, 1.3), (1.3, -1.3)),
+                line((-2.54, 0), (2.54, 0)),
+            ]
             if kind == "TVS":
                 shape.append(line((-1.3, 1.3), (-1.3, -1.3)))
             return "".join(shape)
@@ -80,7 +89,11 @@ def body(kind: str, pins: tuple[Pin, ...]) -> str:
 
 def library_symbol(name: str) -> str:
     kind = KINDS[name]
-    hide = " (pin_numbers (hide yes)) (pin_names (offset 0) (hide yes))" if is_two_pole(kind.units[0]) else " (pin_names (offset 0.5))"
+    hide = (
+        " (pin_numbers (hide yes)) (pin_names (offset 0) (hide yes))"
+        if is_two_pole(kind.units[0])
+        else " (pin_names (offset 0.5))"
+    )
     out = [f'(symbol "softgrip:{name}"{hide} (exclude_from_sim no) (in_bom yes) (on_board yes)']
     for key, value in (("Reference", kind.prefix), ("Value", name), ("Footprint", ""), ("Datasheet", "")):
         out.append(f'(property "{key}" "{value}" (at 0 0 0) {FONT.format(" (hide yes)" if not value else "")})')
@@ -90,7 +103,7 @@ def library_symbol(name: str) -> str:
             length = PIN
             angle = 0 if pin.side == "L" else 180
             out.append(
-                f'(pin {pin.type} line (at {mm(x)} {mm(y)} {angle}) (length {mm(length)}) '
+                f"(pin {pin.type} line (at {mm(x)} {mm(y)} {angle}) (length {mm(length)}) "
                 f"(name {text(pin.name)} {FONT.format('')}) (number {text(pin.number)} {FONT.format('')}))"
             )
         out.append(")")
@@ -119,7 +132,13 @@ def label(net: str, x: float, y: float, left: bool, key: str) -> str:
 def instance(part: Part, x: float, y: float, root: str) -> list[str]:
     height = max((abs(dy) for _, _, dy in places(part.pins)), default=0.0) + 2.54
     shown = [("Reference", part.ref, -height - 1.8, False), ("Value", part.value, -height, False)]
-    hidden = [("Footprint", part.footprint), ("Datasheet", ""), ("MPN", part.mpn), ("Alternatives", "; ".join(part.alternatives)), ("Fit", part.fit)]
+    hidden = [
+        ("Footprint", part.footprint),
+        ("Datasheet", ""),
+        ("MPN", part.mpn),
+        ("Alternatives", "; ".join(part.alternatives)),
+        ("Fit", part.fit),
+    ]
     dnp = "yes" if part.fit == NOT_FITTED else "no"
     out = [
         f'(symbol (lib_id "softgrip:{part.kind}") (at {mm(x)} {mm(y)} 0) (unit {part.unit}) (exclude_from_sim no) (in_bom yes) '
@@ -201,8 +220,13 @@ def ask(file: Path, parts: list[Part]) -> list[str]:
     """What KiCad itself says: errors of its rules, and nets that are not those of the table."""
     with tempfile.TemporaryDirectory() as folder:
         erc, netlist = Path(folder) / "erc.json", Path(folder) / "netlist.xml"
-        for command in (["erc", "--severity-error", "--format", "json", "-o", erc], ["export", "netlist", "--format", "kicadxml", "-o", netlist]):
-            subprocess.run(["kicad-cli", "sch", *map(str, command), str(file)], check=True, capture_output=True, text=True)
+        for command in (
+            ["erc", "--severity-error", "--format", "json", "-o", erc],
+            ["export", "netlist", "--format", "kicadxml", "-o", netlist],
+        ):
+            subprocess.run(
+                ["kicad-cli", "sch", *map(str, command), str(file)], check=True, capture_output=True, text=True
+            )
         found = [
             f"{violation['type']}: " + "; ".join(item["description"] for item in violation["items"])
             for sheet in json.loads(erc.read_text())["sheets"]

@@ -7,6 +7,7 @@ import json
 import re
 import subprocess
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from circuit import Part
@@ -79,10 +80,17 @@ def direction(name: str, parts: list[Part]) -> str:
     return "output" if drives or name.startswith(("GAUGE", "CMD_OUT")) else "input"
 
 
-TWO = {"R": ("r", "A", "B"), "F": ("r", "A", "B"), "C": ("c", "A", "B"), "L": ("l", "A", "B"), "D": ("d", "+", "-"), "TVS": ("d_sk", "+", "-")}
+TWO = {
+    "R": ("r", "A", "B"),
+    "F": ("r", "A", "B"),
+    "C": ("c", "A", "B"),
+    "L": ("l", "A", "B"),
+    "D": ("d", "+", "-"),
+    "TVS": ("d_sk", "+", "-"),
+}
 
 
-def add_part(cells: dict[str, object], part: Part, nets: dict[str, str], net) -> None:  # noqa: ANN001
+def add_part(cells: dict[str, object], part: Part, nets: dict[str, str], net: Callable[[str], int]) -> None:
     if part.kind in TWO:
         shape, one, two = TWO[part.kind]
         first, second = part.nets
@@ -118,5 +126,7 @@ def draw(text: str, netlistsvg: str) -> str:
         read, written = Path(folder) / "in.json", Path(folder) / "out.svg"
         read.write_text(text)
         skin = package / "lib" / "analog.svg"
-        subprocess.run([netlistsvg, str(read), "-o", str(written), "--skin", str(skin)], check=True, capture_output=True)
+        subprocess.run(
+            [netlistsvg, str(read), "-o", str(written), "--skin", str(skin)], check=True, capture_output=True
+        )
         return stamp(text) + "\n" + written.read_text()

@@ -55,9 +55,7 @@ def of_boards(nets: dict[str, list[tuple[Part, str]]]) -> list[str]:
             header, _ = places[at]
             if taken.setdefault(header, signal) != signal:
                 wrong.append(f"{board}: {header} is {taken[header]} and {signal}")
-            links = [
-                part for part, _ in nets[header] if part.block == "board links" and part.fit == fit
-            ]
+            links = [part for part, _ in nets[header] if part.block == "board links" and part.fit == fit]
             direct = any(part.block == "connectors" for part, _ in nets[signal])
             linked = any(signal in part.nets for part in links)
             if not (direct or linked):

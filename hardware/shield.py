@@ -60,9 +60,7 @@ CAPACITORS = {
 
 def c(block: str, ref: str, value: str, a: str, b: str = "GND") -> Part:
     mpn, other, footprint, tolerance = CAPACITORS[value]
-    return Part(
-        block, ref, "C", value, (a, b), mpn, (other,), f"Capacitor_SMD:{footprint}", tolerance, model="C"
-    )
+    return Part(block, ref, "C", value, (a, b), mpn, (other,), f"Capacitor_SMD:{footprint}", tolerance, model="C")
 
 
 def diode(block: str, ref: str, nets: tuple[str, ...], model: str, kind: str = "D") -> Part:
@@ -91,8 +89,10 @@ def ptc(block: str, ref: str, a: str, b: str, hold: str = "50 mA") -> Part:
     return Part(block, ref, "F", ohms, (a, b), mpn, (other,), footprint, 0.8, model="R", note=f"PTC, holds {hold}")
 
 
-def connector(ref: str, value: str, nets: tuple[str, ...], mpn: str, other: str, footprint: str, **more: str) -> Part:
-    return Part("connectors", ref, f"X{len(nets)}", value, nets, mpn, (other,), footprint, **more)
+def connector(
+    ref: str, value: str, nets: tuple[str, ...], mpn: str, other: str, footprint: str, fit: str = "every"
+) -> Part:
+    return Part("connectors", ref, f"X{len(nets)}", value, nets, mpn, (other,), footprint, fit=fit)
 
 
 def terminal(ref: str, value: str, nets: tuple[str, ...]) -> Part:
@@ -292,6 +292,7 @@ def links() -> list[Part]:
         ("R803", "MONITOR", "A7", F429ZI), ("R804", "MONITOR", "A4", G474RE),
         ("R805", "SUPPLY", "A6", F429ZI), ("R806", "SUPPLY", "A5", G474RE),
         ("R807", "COMMAND", "D24", F429ZI), ("R808", "COMMAND", "A2", G474RE),
+        ("R809", "DE", "D10", F429ZI), ("R810", "DE", "CN10-12", G474RE),
     )  # fmt: skip
     return [r(b, ref, "0", net, pin, fit=fit) for ref, net, pin, fit in chosen]
 
@@ -308,8 +309,10 @@ def connectors() -> list[Part]:
         header("J11", "Arduino power", ("", "", "NRST", "V3V3", "V5", "GND", "GND", "VIN")),
         header("J12", "Arduino A0-A5", ("GAUGE1", "GAUGE2", "A2", "A3", "A4", "A5")),
         header("J13", "Arduino D0-D7", ("RXD", "TXD", "GRIP", "READY", "RELEASE", "HOLDING", "LOST", "STOP")),
-        header("J14", "Arduino D8-AREF", ("ACK", "FAULT", "DE", "", "", "", "GND", "AREF", "", "")),
+        header("J14", "Arduino D8-AREF", ("ACK", "FAULT", "D10", "", "", "", "GND", "AREF", "", "")),
         header("J15", "Zio A6 A7 D24", ("A6", "A7", "D24"), F429ZI),
+        # USART1's own driver enable, beside the Arduino rows.
+        header("J16", "morpho CN10-12", ("CN10-12",), G474RE),
     ]
 
 
@@ -345,6 +348,6 @@ SIGNALS = (
     ("FAULT", "FAULT", "out, high is on", ("D9", "PD15"), ("D9", "PC7")),
     ("RXD", "RS-485, received (R)", "in, pulled up", ("D0", "PG9"), ("D0", "PC5")),
     ("TXD", "RS-485, to send (D)", "out", ("D1", "PG14"), ("D1", "PC4")),
-    ("DE", "RS-485, driver enable (DE, RE)", "out, high sends", ("D10", "PD14"), ("D10", "PB6")),
+    ("DE", "RS-485, driver enable (DE, RE)", "out, high sends", ("D10", "PD14"), ("CN10-12", "PA12")),
 )
 BOARDS = (("NUCLEO-F429ZI", "nucleo_f429zi", F429ZI), ("NUCLEO-G474RE", "nucleo_g474re", G474RE))

@@ -155,10 +155,7 @@ def run(text: str) -> str:
 
 def measured(said: str) -> dict[str, float]:
     """All `name = number` of `.meas` and `print`."""
-    return {
-        name: float(value)
-        for name, value in re.findall(r"^(\S+)\s*=\s*([-+0-9.eE]+)", said, re.M)
-    }
+    return {name: float(value) for name, value in re.findall(r"^(\S+)\s*=\s*([-+0-9.eE]+)", said, re.M)}
 
 
 def waves(text: str, nodes: list[str]) -> list[list[float]]:

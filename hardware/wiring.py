@@ -20,8 +20,7 @@ def ohms(value: str) -> str:
 def pins() -> str:
     head = ["signal", "direction"] + [f"{name}: header, pin" for name, _, _ in BOARDS]
     rows = [
-        [what, direction, *(f"{header}, {pin}" for header, pin in places)]
-        for _, what, direction, *places in SIGNALS
+        [what, direction, *(f"{header}, {pin}" for header, pin in places)] for _, what, direction, *places in SIGNALS
     ]
     return table(head, rows)
 
@@ -102,7 +101,8 @@ def page(text: str) -> str:
     for name, make in TABLES.items():
         begin, end = f"<!-- hardware/build: {name} -->\n", "\n<!-- end -->"
         pattern = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.S)
-        if len(pattern.findall(text)) != 1:
+        found = pattern.findall(text)
+        if len(found) != 1:
             raise SystemExit(f"boards/README.md: not exactly one table between {begin.strip()} and {end.strip()}")
-        text = pattern.sub(lambda _, made=make(): begin + made + end, text)
+        text = text.replace(found[0], begin + make() + end)
     return text
