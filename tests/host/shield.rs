@@ -3,6 +3,7 @@
 //! `hardware/build` writes the constants and pins from the circuit, `hardware/simulate` the codes by simulating it.
 
 use crate::mock::MockBoard;
+use softgrip::command::Refusal;
 use softgrip::fault::{Fault, RULES};
 use softgrip::frontend::{FrontEnd, Settings as FrontEndSettings};
 use softgrip::settings::Settings;
@@ -149,8 +150,17 @@ fn scales_are_monotone_and_cover_what_the_finger_needs() {
     let codes = (0..=4_095u16).map(|step| AdcCode(step * 16));
     let strain = |code| FE.strains(&[code; 3])[2].0;
     assert!(codes.clone().map(strain).is_sorted_by(|a, b| a < b));
-    assert!(codes.clone().map(|code| FE.pressure(code).0).is_sorted_by(|a, b| a < b));
-    assert!(codes.map(|code| FE.supply(code).0).is_sorted_by(|a, b| a < b));
+    assert!(
+        codes
+            .clone()
+            .map(|code| FE.pressure(code).0)
+            .is_sorted_by(|a, b| a < b)
+    );
+    assert!(
+        codes
+            .map(|code| FE.supply(code).0)
+            .is_sorted_by(|a, b| a < b)
+    );
     let commands = (0..=1_600).map(|tenth| FE.command(Kilopascals(0.1 * tenth as f32)));
     assert!(commands.clone().is_sorted_by(|a, b| a < b));
     assert!(commands.max() <= Some(DacCode(4_095)));
@@ -256,22 +266,49 @@ fn a_finger_that_swings_beyond_the_scale_and_back_is_no_fault() {
     assert!(highest > FE.amplifier.linear[1] && highest < FE.amplifier.open_above);
 }
 
+/// At rest such a gauge shows nothing: its bridge is upside down, and its strain negative.
+#[test]
+fn a_gauge_whose_exc_and_gnd_are_swapped_is_refused_by_the_sweep() {
+    let mut board = at_rest();
+    let mut refused = false;
+    for tick in 0..60_000 {
+        let mut frame = board.sense();
+        let AdcCode(code) = frame.gauges[1];
+        frame.gauges[1] = AdcCode((2.0 * FE.amplifier.zero - f32::from(code)) as u16);
+        let command = if tick == 0 {
+            Command::Sweep
+        } else {
+            Command::Continue
+        };
+        let outputs = board.act(&frame, command);
+        let over = |event: &Event| matches!(event, Event::Swept { .. } | Event::Refused(_));
+        if let Some(event) = outputs.events.iter().find(|&event| over(event)) {
+            refused = matches!(event, Event::Refused(Refusal::SweepRejected(_)));
+            break;
+        }
+    }
+    assert!(refused);
+    assert!(board.controller.take_calibration().is_none());
+}
+
 #[test]
 fn a_reference_that_is_lost_fails_all_gauges_within_their_time() {
     let mut board = MockBoard::holding(Settings::default());
     let found = seen(&mut board, "reference-lost", |frame, code| {
         frame.gauges = [code; 3];
     });
-    let shorts = found
-        .iter()
-        .filter(|(ms, fault, _)| *fault == Fault::GaugeShort && *ms <= within_ms(Fault::GaugeShort));
+    let shorts = found.iter().filter(|(ms, fault, _)| {
+        *fault == Fault::GaugeShort && *ms <= within_ms(Fault::GaugeShort)
+    });
     assert!(shorts.count() >= 3, "{found:?}");
 }
 
 #[test]
 fn a_monitor_whose_wire_breaks_is_lost_within_its_time() {
     let mut board = MockBoard::holding(Settings::default());
-    let found = seen(&mut board, "monitor-open", |frame, code| frame.monitor = code);
+    let found = seen(&mut board, "monitor-open", |frame, code| {
+        frame.monitor = code
+    });
     let &(ms, first, _) = found.first().expect("a fault");
     assert_eq!(first, Fault::MonitorLost);
     assert!(ms <= within_ms(first), "after {ms} ms");
@@ -280,10 +317,15 @@ fn a_monitor_whose_wire_breaks_is_lost_within_its_time() {
 #[test]
 fn a_monitor_with_24_v_on_its_wire_vents_within_its_time() {
     let mut board = MockBoard::holding(Settings::default());
-    let found = seen(&mut board, "monitor-24v", |frame, code| frame.monitor = code);
+    let found = seen(&mut board, "monitor-24v", |frame, code| {
+        frame.monitor = code
+    });
     // On its way up it passes pressures that are too high.
     let &(ms, first, _) = found.first().expect("a fault");
-    assert!(matches!(first, Fault::OverPressure | Fault::MonitorHigh), "{found:?}");
+    assert!(
+        matches!(first, Fault::OverPressure | Fault::MonitorHigh),
+        "{found:?}"
+    );
     assert!(ms <= within_ms(Fault::MonitorHigh), "after {ms} ms");
     assert_eq!(board.commanded_kpa(), 0.0);
     // It ends above all of them.
@@ -299,7 +341,9 @@ fn a_supply_that_fails_is_told_within_its_time() {
     assert_eq!(first, Fault::SupplyLow);
     // The divider's capacitor sees it a little later.
     let least = Settings::default().grip.supply_min_v;
-    let low = codes(name).into_iter().position(|code| FE.supply(code).0 < least);
+    let low = codes(name)
+        .into_iter()
+        .position(|code| FE.supply(code).0 < least);
     let since = low.expect("it falls below") as u64;
     assert!(ms - since <= within_ms(first), "after {ms} ms");
 }

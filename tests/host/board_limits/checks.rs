@@ -122,10 +122,7 @@ fn shunt() -> Check {
             ("576 Ω for the gain", shown(resistor(576.0, 0.1))),
             ("57.6 kΩ for the gain", shown(resistor(57.6e3, 0.1))),
             ("no resistor for the gain", shown(OPEN)),
-            (
-                "the resistor for one active gauge",
-                shown(ONE_GAUGE_GAIN),
-            ),
+            ("the resistor for one active gauge", shown(ONE_GAUGE_GAIN)),
         ],
     }
 }
