@@ -218,8 +218,20 @@ def starts(_: Each) -> list[Row]:
         rows.append(
             spread(f"reset from 160 kPa, pin leaks {name}: below 50 mV after", [1e6 * (off - 0.040)], 0.0, 500.0, "µs")
         )
-    rows += brown_out() + dips()
+    rows += brown_out() + dips() + step()
     return rows
+
+
+def step() -> list[Row]:
+    """From nothing to 10 V, with 10 nF of cable: 5 kPa too much are 0.25 V."""
+    running = f"V24 V24_IN 0 24\nVA AREF 0 {AREF}\n"
+    dac = f"PULSE(0 {SCALE['command_full_scale_v']} 40m 1u 1u 10 20)"
+    wave = sequence("step", running, "1", dac, "0", 60.0, "CCABLE CMD_OUT 0 10n\n")
+    there = next(row[0] for row in wave if row[0] > 0.040 and row[1] > 9.9)
+    return [
+        spread("command, step to 10 V with 10 nF of cable: most", [max(row[1] for row in wave)], 9.9, 10.25, "V"),
+        spread("command, step to 10 V with 10 nF of cable: 9.9 V after", [1e6 * (there - 0.040)], 0.0, 1_000.0, "µs"),
+    ]
 
 
 def brown_out() -> list[Row]:

@@ -48,7 +48,6 @@ def _resistor_numbers(value: str, exact: bool) -> tuple[str, str]:
 
 
 CAPACITORS = {
-    "100p": ("GRM1885C1H101JA01D", "CC0603JRNPO9BN101", "C_0603_1608Metric", 0.05),
     "1n": ("GRM1885C1H102JA01D", "CC0603JRNPO9BN102", "C_0603_1608Metric", 0.05),
     "10n": ("GRM1885C1H103JA01D", "C1608C0G1H103J080AA", "C_0603_1608Metric", 0.05),
     "100n": ("GRM188R71H104KA93D", "CC0603KRX7R9BB104", "C_0603_1608Metric", 0.10),
@@ -176,7 +175,7 @@ def command() -> list[Part]:
         r(b, "R403", "8.45k", "CMD_FB", "GND", 0.1),
         r(b, "R404", "59k", "CMD_FB", "AREF", 0.1),
         r(b, "R405", "20k", "CMD_OUT", "CMD_FB", 0.1),
-        c(b, "C402", "100p", "CMD_DRV", "CMD_FB"),
+        c(b, "C402", "1n", "CMD_DRV", "CMD_FB"),
         r(b, "R406", "220", "CMD_DRV", "CMD_LIM"),
         diode(b, "D401", ("GND", "CMD_LIM"), "TVS13"),
         ptc(b, "F401", "CMD_LIM", "CMD_OUT"),
