@@ -131,7 +131,7 @@ def label(net: str, x: float, y: float, left: bool, key: str) -> str:
 
 def instance(part: Part, x: float, y: float, root: str) -> list[str]:
     height = max((abs(dy) for _, _, dy in places(part.pins)), default=0.0) + 2.54
-    shown = [("Reference", part.ref, -height - 1.8, False), ("Value", part.value, -height, False)]
+    shown = [("Reference", part.ref, -height - 3.0), ("Value", part.value, -height - 1.2)]
     hidden = [
         ("Footprint", part.footprint),
         ("Datasheet", ""),
@@ -144,7 +144,7 @@ def instance(part: Part, x: float, y: float, root: str) -> list[str]:
         f'(symbol (lib_id "softgrip:{part.kind}") (at {mm(x)} {mm(y)} 0) (unit {part.unit}) (exclude_from_sim no) (in_bom yes) '
         f'(on_board yes) (dnp {dnp}) (uuid "{ident("part", part.name)}")'
     ]
-    for key, value, dy, _ in shown:
+    for key, value, dy in shown:
         out.append(f"(property {text(key)} {text(value)} (at {mm(x)} {mm(y + dy)} 0) {FONT.format('')})")
     for key, value in hidden:
         out.append(f"(property {text(key)} {text(value)} (at {mm(x)} {mm(y)} 0) {FONT.format(' (hide yes)')})")
