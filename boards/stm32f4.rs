@@ -90,8 +90,9 @@ pub fn safe_output() {
         .modify(|w| w.set_moder(4, pac::gpio::vals::Moder::ANALOG));
     write_dac(SAFE);
     pac::DAC1.cr().modify(|w| {
-        // Unbuffered: the buffer does not go below 0.2 V (DS9405, DAC characteristics), which is 13 kPa.
-        w.set_boff(0, true);
+        // Buffered, so that the pull-down at the pin takes nothing from it. The buffer does not go below 0.2 V (DS9405,
+        // DAC characteristics); the command's amplifier subtracts 0.3 V.
+        w.set_boff(0, false);
         w.set_ten(0, false);
         w.set_en(0, true);
     });

@@ -78,8 +78,9 @@ pub fn safe_output() {
     }
     // To be written while it is off.
     pac::DAC1.mcr().modify(|w| {
-        // Unbuffered: the buffer does not go below 0.2 V (DS12288, DAC characteristics), which is 13 kPa.
-        w.set_mode(0, Mode::NORMAL_EXT_BUFDIS);
+        // Buffered, so that the pull-down at the pin takes nothing from it. The buffer does not go below 0.2 V (DS12288, DAC
+        // characteristics); the command's amplifier subtracts 0.3 V.
+        w.set_mode(0, Mode::NORMAL_EXT_BUFEN);
         // For clocks above 160 MHz, and right for slower ones.
         w.set_hfsel(2);
     });

@@ -5,7 +5,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GaugeFault {
-    /// A broken wire: the pull-up takes the input to the rail.
+    /// A broken wire: the pull-up takes the amplifier to the rail.
     Open,
     /// A shorted input.
     Short,

@@ -5,14 +5,14 @@
 use crate::math::{larger, smaller};
 use crate::units::{AdcCode, DacCode, FINGERS, Kilopascals, Microstrain, Millivolts, Volts};
 
-/// What the converters' volts mean: amplifiers, dividers and regulator. `boards/README.md` shows the circuit.
+/// What the converters' volts mean: amplifiers, dividers and regulator. `hardware/` has the circuit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Output of a gauge's amplifier without strain.
     pub gauge_zero_v: f32,
     /// By so much it differs from that at full scale.
     pub gauge_full_scale_v: f32,
-    /// Strain at full scale, up to which the amplifier is linear, either way.
+    /// Strain at full scale, up to which a gauge is measured, either way.
     pub gauge_full_scale_ue: f32,
     /// Below this a gauge is shorted.
     pub gauge_short_below_v: f32,
@@ -28,26 +28,30 @@ pub struct Settings {
     pub regulator_full_scale_kpa: f32,
     /// The converter's output that commands full scale.
     pub command_full_scale_v: f32,
+    /// Up to this it commands nothing.
+    pub command_zero_v: f32,
 }
 
 impl Settings {
-    /// The circuit of `boards/README.md`, which every supported board carries.
+    /// The shield of `hardware/`, which every supported board carries; its constants are computed from the parts
+    /// (`hardware/front_end.toml`).
     pub const REFERENCE: Self = Self {
-        gauge_zero_v: 1.65,
-        gauge_full_scale_v: 1.5,
+        gauge_zero_v: 1.657,
+        gauge_full_scale_v: 1.212,
         gauge_full_scale_ue: 20_000.0,
-        // The amplifier's swing ends at 0.12 and 3.18 V; a shorted input pulls it to ground, a
-        // pull-up takes an open one to the rail.
-        gauge_short_below_v: 0.05,
+        // The amplifier ends within 50 mV of ground and rail (INA333 data sheet), where a wire that is shorted or broken
+        // takes it; 25 000 µε are 0.14 and 3.17 V.
+        gauge_short_below_v: 0.1,
         gauge_open_above_v: 3.2,
-        // 10 V is 200 kPa and arrives as 3 V.
-        monitor_full_scale_v: 3.0,
+        // 10 V is 200 kPa.
+        monitor_full_scale_v: 3.006,
         monitor_high_above_v: 3.2,
         // 100 kΩ : 10 kΩ.
         supply_divider: 11.0,
         regulator_full_scale_kpa: 200.0,
-        // 3 V makes 10 V, which is 200 kPa.
+        // 3 V make 10 V, which is 200 kPa. The converter's buffer ends at 0.2 V, the command's amplifier subtracts 0.3 V.
         command_full_scale_v: 3.0,
+        command_zero_v: 0.302,
     };
 }
 
@@ -84,7 +88,7 @@ pub struct Amplifier {
     pub full_scale_codes: f32,
     /// Strain at full scale, at a gain of one.
     pub full_scale: Microstrain,
-    /// The lowest and the highest code up to which it is linear.
+    /// The lowest and the highest code that are strain.
     pub linear: [AdcCode; 2],
     /// Below this the gauge is shorted.
     pub short_below: AdcCode,
@@ -129,7 +133,9 @@ pub struct FrontEnd {
     pub monitor_high_above: AdcCode,
     /// Supply voltage of one code, V.
     pub supply_v_per_code: f32,
-    /// Converter codes per kilopascal of command.
+    /// Up to this converter code nothing is commanded.
+    pub command_zero: f32,
+    /// Converter codes per kilopascal of command beyond that.
     pub command_codes_per_kpa: f32,
     /// Command at the regulator's 10 V.
     pub regulator_full_scale: Kilopascals,
@@ -139,6 +145,10 @@ pub struct FrontEnd {
 const VREF: f32 = 3.3;
 /// Volts of one left-aligned ADC code: 4096 steps of 12 bits, times 16.
 const V_PER_ADC_CODE: f32 = VREF / 65_536.0;
+/// Codes of the DAC per volt: 12 bits.
+const DAC_CODES_PER_V: f32 = 4096.0 / VREF;
+/// How near to ground and rail the gauges' amplifier comes (INA333 data sheet, output swing).
+const AMPLIFIER_ENDS_V: f32 = 0.05;
 
 /// The 3.3 V rail, which is the reference of all converters, where it is exactly right.
 pub const RAIL: Millivolts = Millivolts(3_300);
@@ -205,7 +215,10 @@ impl FrontEnd {
             monitor_kpa_per_code: V_PER_ADC_CODE * full_scale_kpa / settings.monitor_full_scale_v,
             monitor_high_above: AdcCode((settings.monitor_high_above_v / V_PER_ADC_CODE) as u16),
             supply_v_per_code: V_PER_ADC_CODE * settings.supply_divider,
-            command_codes_per_kpa: 4096.0 / VREF * settings.command_full_scale_v / full_scale_kpa,
+            command_zero: DAC_CODES_PER_V * settings.command_zero_v,
+            command_codes_per_kpa: DAC_CODES_PER_V
+                * (settings.command_full_scale_v - settings.command_zero_v)
+                / full_scale_kpa,
             regulator_full_scale: Kilopascals(full_scale_kpa),
         }
     }
@@ -220,11 +233,11 @@ impl FrontEnd {
         strains
     }
 
-    /// The code of a gauge's strain, not yet quantised: what its amplifier puts out. It clips 2 % beyond full scale.
+    /// The code of a gauge's strain, not yet quantised: what its amplifier puts out. It clips near ground and rail.
     pub fn gauge_code(&self, gauge: usize, strain: Microstrain) -> f32 {
-        let clip = 1.02 * self.amplifier.full_scale_codes;
+        const ENDS: f32 = AMPLIFIER_ENDS_V / V_PER_ADC_CODE;
         let ue_per_code = self.gauge_ue_per_code.get(gauge).unwrap_or(&f32::INFINITY);
-        (strain.0 / ue_per_code).clamp(-clip, clip) + self.amplifier.zero
+        (strain.0 / ue_per_code + self.amplifier.zero).clamp(ENDS, 65_536.0 - ENDS)
     }
 
     /// Pressure of a monitor code.
@@ -237,12 +250,16 @@ impl FrontEnd {
         Volts(f32::from(code.0) * self.supply_v_per_code)
     }
 
-    /// The DAC code nearest to a commanded pressure. Negative and NaN give the safe code, zero.
+    /// The DAC code nearest to a commanded pressure. Nothing, negative and NaN give the safe code, zero.
     pub fn command(&self, pressure: Kilopascals) -> DacCode {
-        let full_scale = self.regulator_full_scale.0;
-        // `max` returns the number where the other is a NaN; the cast saturates.
-        let pressure = smaller(larger(pressure.0, 0.0), full_scale);
-        DacCode((pressure * self.command_codes_per_kpa + 0.5) as u16)
+        // `larger` returns the number where the other is a NaN; the cast saturates.
+        let pressure = smaller(larger(pressure.0, 0.0), self.regulator_full_scale.0);
+        if pressure > 0.0 {
+            let code = self.command_zero + pressure * self.command_codes_per_kpa;
+            DacCode((code + 0.5) as u16)
+        } else {
+            DacCode(0)
+        }
     }
 
     /// The monitor code of a pressure, not yet quantised.
@@ -257,7 +274,8 @@ impl FrontEnd {
 
     /// The pressure that a DAC code asks for.
     pub fn commanded(&self, code: DacCode) -> Kilopascals {
-        Kilopascals(f32::from(code.0) / self.command_codes_per_kpa)
+        let codes = f32::from(code.0) - self.command_zero;
+        Kilopascals(larger(codes, 0.0) / self.command_codes_per_kpa)
     }
 }
 
@@ -287,6 +305,7 @@ mod tests {
     fn no_command_leaves_the_regulators_range() {
         assert_eq!(FE.command(Kilopascals(f32::NAN)), DacCode(0));
         assert_eq!(FE.command(Kilopascals(f32::NEG_INFINITY)), DacCode(0));
+        assert_eq!(FE.command(Kilopascals(0.0)), DacCode(0));
         // 3.0 V of 3.3 V.
         assert_eq!(FE.command(Kilopascals(f32::INFINITY)), DacCode(3724));
     }

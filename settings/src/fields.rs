@@ -56,7 +56,7 @@ const fn of_this_gripper() -> [Field; COUNT] {
 
 /// Those of a gripper with as many fingers as there may be.
 #[rustfmt::skip]
-const ALL: [Field; 63] = [
+const ALL: [Field; 64] = [
     of(100, "regulator.max_pressure_kpa", "kPa", 1.0, 1_000.0, 160.0, "No command and no grip goes above; nor may this go above what the finger's table and the regulator reach"),
     of(101, "regulator.slew_kpa_per_s", "kPa/s", 1.0, 10_000.0, 400.0, "Steepest change of the commanded pressure"),
     of(110, "air.regulator_lag_ms", "ms", 1.0, 1_000.0, 75.0, "Time constant of the regulator, command to pressure"),
@@ -108,16 +108,17 @@ const ALL: [Field; 63] = [
     of(512, "gauge.tare_ue[2]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
     of(513, "gauge.tare_ue[3]", "µε", -2_000.0, 2_000.0, 0.0, TARE),
 
-    of(600, "front_end.gauge_zero_v", "V", 0.5, 2.8, 1.65, "Output of a gauge's amplifier without strain"),
-    of(601, "front_end.gauge_full_scale_v", "V", 0.1, 1.6, 1.5, "By so much it differs from that at full scale"),
-    of(602, "front_end.gauge_full_scale_ue", "µε", 100.0, 100_000.0, 20_000.0, "Strain at full scale, up to which the amplifier is linear, either way"),
-    of(603, "front_end.gauge_short_below_v", "V", 0.0, 1.0, 0.05, "Below this a gauge is shorted"),
+    of(600, "front_end.gauge_zero_v", "V", 0.5, 2.8, 1.657, "Output of a gauge's amplifier without strain"),
+    of(601, "front_end.gauge_full_scale_v", "V", 0.1, 1.6, 1.212, "By so much it differs from that at full scale"),
+    of(602, "front_end.gauge_full_scale_ue", "µε", 100.0, 100_000.0, 20_000.0, "Strain at full scale, up to which a gauge is measured, either way"),
+    of(603, "front_end.gauge_short_below_v", "V", 0.0, 1.0, 0.1, "Below this a gauge is shorted"),
     of(604, "front_end.gauge_open_above_v", "V", 2.0, 3.3, 3.2, "Above this a gauge is open"),
-    of(610, "front_end.monitor_full_scale_v", "V", 0.5, 3.29, 3.0, "The regulator's monitor at its full scale, as it arrives at the converter"),
+    of(610, "front_end.monitor_full_scale_v", "V", 0.5, 3.29, 3.006, "The regulator's monitor at its full scale, as it arrives at the converter"),
     of(611, "front_end.monitor_high_above_v", "V", 0.5, 3.3, 3.2, "Above this the monitor's wire carries something else than its signal"),
     of(620, "front_end.supply_divider", "", 1.0, 50.0, 11.0, "Supply voltage over that at the converter"),
     of(630, "front_end.regulator_full_scale_kpa", "kPa", 10.0, 1_000.0, 200.0, "Full scale of the regulator, for command and monitor"),
     of(631, "front_end.command_full_scale_v", "V", 0.5, 3.29, 3.0, "The converter's output that commands full scale"),
+    of(632, "front_end.command_zero_v", "V", 0.0, 0.45, 0.302, "The converter's output up to which nothing is commanded"),
 
     choice(700, "io.grip", ON, 0, "Level at which the input GRIP is on"),
     choice(701, "io.release", ON, 0, "Level at which the input RELEASE is on"),

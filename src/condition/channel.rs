@@ -261,8 +261,8 @@ mod tests {
 
     const FE: FrontEnd = FrontEnd::REFERENCE;
 
-    /// The tick, from one, in which a gauge fails that rises from 17 000 µε by `per_tick_ue` until it clips, where a
-    /// free finger shows `free_ue`.
+    /// The tick, from one, in which a gauge fails that rises from 17 000 µε by `per_tick_ue` to 25 000, which is more than
+    /// its scale has, where a free finger shows `free_ue`.
     fn fails_after(per_tick_ue: f32, free_ue: f32) -> Option<(u32, GaugeFault)> {
         let gains = Gains::every_tick();
         let mut channel = Channel::NEW;
@@ -277,7 +277,7 @@ mod tests {
             measure(17_000.0 + flicker, free_ue);
         }
         (1..=400).find_map(|tick| {
-            let ue = 17_000.0 + per_tick_ue * tick as f32;
+            let ue = (17_000.0 + per_tick_ue * tick as f32).min(25_000.0);
             match measure(ue, free_ue) {
                 Gauge::Failed(fault) => Some((tick, fault)),
                 Gauge::Valid(_) | Gauge::Missing => None,

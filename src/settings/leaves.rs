@@ -111,6 +111,7 @@ impl Settings {
         visit(620, Number(&mut self.front_end.supply_divider));
         visit(630, Number(&mut self.front_end.regulator_full_scale_kpa));
         visit(631, Number(&mut self.front_end.command_full_scale_v));
+        visit(632, Number(&mut self.front_end.command_zero_v));
         visit(700, Leaf::Level(&mut self.io.grip));
         visit(701, Leaf::Level(&mut self.io.release));
         visit(710, Leaf::Level(&mut self.io.holding));

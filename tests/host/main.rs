@@ -17,6 +17,7 @@ mod repeats;
 mod scenarios;
 mod sequences;
 mod settings;
+mod shield;
 mod storage;
 mod sweep;
 mod torture;

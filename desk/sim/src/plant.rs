@@ -33,8 +33,8 @@ const GAUGE_FADE_S: f64 = 3.0;
 const NOISY: f64 = 20.0;
 /// A sagging supply, V.
 const SAG_V: f64 = 15.0;
-/// The pull-up's 100 kΩ charge the 10 nF of an open gauge input (`boards/README.md`), s.
-const OPEN_INPUT_S: f64 = 0.001;
+/// An open gauge input passes 3.2 V after 1.3 ms (`hardware/codes/gauge-open-sig.csv`), s.
+const OPEN_INPUT_S: f64 = 0.0005;
 /// An open monitor input discharges its 100 nF through the divider's lower 30 kΩ (`boards/README.md`), s.
 const OPEN_MONITOR_S: f64 = 0.003;
 
@@ -419,7 +419,8 @@ impl Plant {
             noise_ue *= NOISY;
         }
         if fault(FaultKind::GaugeSaturated).is_some() {
-            strain_ue = 2.0 * f64::from(front_end.amplifier.full_scale.0);
+            // Between the end of the scale and that of the amplifier.
+            strain_ue = 1.15 * f64::from(front_end.amplifier.full_scale.0);
         }
         let wire = [
             FaultKind::GaugeShort,

@@ -11,7 +11,7 @@ use softgrip::telemetry::Indicators;
 use super::test::{Context, Outcome, Test};
 use crate::bench::{self, MS, Message, Record, Setup};
 use crate::board::Restart;
-use crate::closed_loop::{self, REST, gripper, pins_at_rest};
+use crate::closed_loop::{self, REST, front_end, gripper, pins_at_rest};
 use crate::flash;
 use crate::rtt::Host;
 
@@ -43,7 +43,7 @@ const TARE_EVERY_MS: u64 = 1_200;
 
 /// A reset to settings in use.
 const VALID_WITHIN_MS: f64 = 20.0;
-/// A step of the converter is 11 µε, and an average of eight hardly less.
+/// A step of the converter is 13 µε, and an average of eight hardly less.
 const STEP_UE: f64 = 16.0;
 
 /// What the gauges show when they are tared for the `n`th time, µε: never the same twice in a row, and never so
@@ -52,11 +52,11 @@ fn tare_ue(n: u64) -> [f64; 3] {
     [n % 7, n % 5, n % 11].map(|n| 30.0 * n as f64 - 110.0)
 }
 
-/// Half a rail is 20 000 µε, less the amplifier's own ends: 1.5 V of 3.3.
 fn pins(ue: [f64; 3]) -> Pins {
     let mut pins = pins_at_rest();
-    for (share, ue) in pins.gauges.iter_mut().zip(ue) {
-        *share += ue / 20_000.0 * 1.5 / 3.3;
+    let ue_per_code = front_end().gauge_ue_per_code;
+    for ((share, ue), ue_per_code) in pins.gauges.iter_mut().zip(ue).zip(ue_per_code) {
+        *share += ue / f64::from(ue_per_code) / 65_536.0;
     }
     pins
 }

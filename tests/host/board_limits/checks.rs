@@ -3,11 +3,7 @@
 use super::parts::*;
 use super::{FE, Range, range};
 use softgrip::frontend::{RAIL as NOMINAL_RAIL, rail, rail_factor};
-use softgrip::units::{AdcCode, Kilopascals, Millivolts};
-
-/// Gain of the amplifier: 20 000 µε make 1.5 V with a gauge factor of 2.
-pub const TWO_GAUGES_GAIN: f64 = 22.7;
-pub const ONE_GAUGE_GAIN: f64 = 45.5;
+use softgrip::units::{AdcCode, DacCode, Kilopascals, Millivolts};
 
 /// One row of the table.
 pub struct Check {
@@ -24,9 +20,10 @@ pub fn checks() -> Vec<Check> {
     vec![
         rail_by_meter(),
         rail_told(),
-        halved_rail(),
-        open_filter(),
-        grounded_filter(),
+        test_plug(),
+        shunt(),
+        unplugged(),
+        grounded(),
         gauge_at_rest("gauge at rest, two active gauges", GAUGE, TWO_GAUGES_GAIN),
         gauge_at_rest("gauge at rest, one active gauge", BRIDGE, ONE_GAUGE_GAIN),
         noise(),
@@ -35,6 +32,7 @@ pub fn checks() -> Vec<Check> {
         supply(),
         command_zero(),
         command_span(),
+        command_in_reset(),
     ]
 }
 
@@ -88,83 +86,84 @@ fn rail_told() -> Check {
     }
 }
 
-fn halved_rail() -> Check {
-    let shown = |filter, pull_up| {
-        let parts = [filter, pull_up, HALVING, HALVING, LEAKAGE, CONVERTER];
-        range(
-            parts,
-            |[filter, pull_up, upper, lower, leakage, converter]| {
-                // Two resistors are one of both in parallel at what they divide.
-                let divided = lower / (upper + lower);
-                let source = upper * lower / (upper + lower);
-                let volts = node([(3.3 * divided, source + filter), (3.3, pull_up)], leakage);
-                code(volts / 3.3, converter)
-            },
-        )
-    };
+fn test_plug() -> Check {
+    let shown = |upper, lower, pull_up| bridge(upper, lower, TWO_GAUGES_GAIN, pull_up);
     Check {
-        name: "gauge, half the rail at the filter, code",
+        name: "gauge, test plug, code",
         step: 10.0,
-        good: shown(FILTER, PULL_UP),
+        good: shown(HALVING, HALVING, PULL_UP),
         wrong: vec![
-            ("no pull-up", shown(FILTER, OPEN)),
-            ("1 kΩ as pull-up", shown(FILTER, resistor(1e3, 1.0))),
-            ("1 MΩ as pull-up", shown(FILTER, resistor(1e6, 1.0))),
-            ("filter and pull-up swapped", shown(PULL_UP, FILTER)),
-            ("10 kΩ as filter", shown(resistor(10e3, 1.0), PULL_UP)),
-            ("no filter", shown(OPEN, PULL_UP)),
+            (
+                "22 kΩ as pull-up",
+                shown(HALVING, HALVING, resistor(22e3, 1.0)),
+            ),
+            ("EXC open", shown(OPEN, HALVING, PULL_UP)),
+            ("GND open", shown(HALVING, OPEN, PULL_UP)),
         ],
     }
 }
 
-fn open_filter() -> Check {
+/// What a resistor across the plug's upper one adds.
+fn shunt() -> Check {
+    let shown = |gain| {
+        let parts = [HALVING, HALVING, SHUNT, gain, AMPLIFIER_GAIN, CONVERTER];
+        range(parts, |[upper, lower, shunt, gain, factor, converter]| {
+            let middle = |upper: f64| lower / (upper + lower);
+            let shunted = upper * shunt / (upper + shunt);
+            let signal = middle(shunted) - middle(upper);
+            code((1.0 + 100e3 / gain) * factor * signal, converter)
+        })
+    };
     Check {
-        name: "gauge, nothing at the filter, code",
+        name: "gauge, 100 kΩ across the plug's upper resistor, codes more",
         step: 10.0,
-        good: pin_without_source(PULL_UP),
+        good: shown(TWO_GAUGES_GAIN),
+        wrong: vec![
+            ("576 Ω for the gain", shown(resistor(576.0, 0.1))),
+            ("57.6 kΩ for the gain", shown(resistor(57.6e3, 0.1))),
+            ("no resistor for the gain", shown(OPEN)),
+            ("the resistor for one active gauge", shown(ONE_GAUGE_GAIN)),
+        ],
+    }
+}
+
+fn unplugged() -> Check {
+    Check {
+        name: "gauge, unplugged, code",
+        step: 10.0,
+        good: open_wire(),
         wrong: vec![],
     }
 }
 
-/// The code of a filter without an amplifier, or with a broken wire to it.
-pub fn pin_without_source(pull_up: Part) -> Range {
-    range(
-        [pull_up, LEAKAGE, CONVERTER],
-        |[pull_up, leakage, converter]| {
-            code(node([(3.3, pull_up)], leakage).min(3.3) / 3.3, converter)
-        },
-    )
-}
-
-fn grounded_filter() -> Check {
-    Check {
-        name: "gauge, filter grounded, code",
-        step: 10.0,
-        good: pin_at(exactly(0.0), PULL_UP),
-        wrong: vec![
-            (
-                "10 kΩ as pull-up",
-                pin_at(exactly(0.0), resistor(10e3, 1.0)),
-            ),
-            ("no pull-up", pin_at(exactly(0.0), OPEN)),
-        ],
-    }
-}
-
-/// The code while the amplifier puts out so many volts.
-pub fn pin_at(volts: Part, pull_up: Part) -> Range {
-    let parts = [volts, FILTER, pull_up, LEAKAGE, CONVERTER];
-    range(parts, |[volts, filter, pull_up, leakage, converter]| {
-        code(
-            node([(volts, filter), (3.3, pull_up)], leakage) / 3.3,
-            converter,
-        )
+/// The amplifier at its upper end.
+pub fn open_wire() -> Range {
+    let parts = [AMPLIFIER_SWING, FILTER, LEAKAGE, CONVERTER];
+    range(parts, |[swing, filter, leakage, converter]| {
+        code((3.3 - swing + filter * leakage) / 3.3, converter)
     })
 }
 
-/// `other`: the bridge's other arm, a gauge or a resistor.
-fn gauge_at_rest(name: &'static str, other: Part, gain: f64) -> Check {
-    let shown = |upper, lower| bridge(upper, lower, gain);
+fn grounded() -> Check {
+    Check {
+        name: "gauge, SIG to GND at the plug, code",
+        step: 10.0,
+        good: shorted_wire(),
+        wrong: vec![],
+    }
+}
+
+/// The amplifier at its lower end.
+pub fn shorted_wire() -> Range {
+    let parts = [AMPLIFIER_SWING, FILTER, LEAKAGE, CONVERTER];
+    range(parts, |[swing, filter, leakage, converter]| {
+        code((swing + filter * leakage) / 3.3, converter)
+    })
+}
+
+/// `other`: the bridge's upper arm, a gauge or a resistor.
+fn gauge_at_rest(name: &'static str, other: Part, gain: Part) -> Check {
+    let shown = |upper, lower| bridge(upper, lower, gain, PULL_UP);
     Check {
         name,
         step: 10.0,
@@ -179,18 +178,19 @@ fn gauge_at_rest(name: &'static str, other: Part, gain: f64) -> Check {
     }
 }
 
-/// The code of a bridge at rest, of whose arm the middle goes to the amplifier. Its reference is the rail
-/// halved by two resistors.
-pub fn bridge(upper: Part, lower: Part, gain: f64) -> Range {
+/// The code of a bridge at rest: its middle against half of the reference, both by followers.
+pub fn bridge(upper: Part, lower: Part, gain: Part, pull_up: Part) -> Range {
     let parts = [
         upper,
         lower,
-        BRIDGE,
-        BRIDGE,
+        pull_up,
+        HALVES,
+        FOLLOWER_OFFSET,
+        FOLLOWER_OFFSET,
+        gain,
         AMPLIFIER_GAIN,
         AMPLIFIER_OFFSET,
         FILTER,
-        PULL_UP,
         LEAKAGE,
         CONVERTER,
     ];
@@ -199,20 +199,28 @@ pub fn bridge(upper: Part, lower: Part, gain: f64) -> Range {
         |[
             upper,
             lower,
-            up,
-            down,
+            pull_up,
+            halves,
+            excitation,
+            reference,
+            gain,
             factor,
             offset,
             filter,
-            pull_up,
             leakage,
             converter,
         ]| {
-            let middle = 3.3 * down / (up + down);
-            let signal = 3.3 * lower / (upper + lower) - middle + offset;
-            let output = (middle + gain * factor * signal).clamp(0.0, 3.3);
-            let volts = node([(output, filter), (3.3, pull_up)], leakage);
-            code(volts / 3.3, converter)
+            let half = 3.3 / (1.0 + halves) + reference;
+            let middle = node(
+                [(3.3 + excitation, upper), (0.0, lower), (3.3, pull_up)],
+                0.0,
+            );
+            let output = half + (1.0 + 100e3 / gain) * factor * (middle - half + offset);
+            let swing = AMPLIFIER_SWING.value;
+            code(
+                (output.clamp(swing, 3.3 - swing) + filter * leakage) / 3.3,
+                converter,
+            )
         },
     )
 }
@@ -222,9 +230,10 @@ fn noise() -> Check {
     let shown = |hum_v| {
         let parts = [CONVERTER_NOISE, AMPLIFIER_NOISE, NOISE_ESTIMATE, hum_v];
         range(parts, |[converter, amplifier, estimate, hum]| {
-            let amplifier = ONE_GAUGE_GAIN * amplifier * 65_536.0 / 3.3;
-            // Seven scans, at worst. They hardly average out hum.
-            let one = (16.0 * converter).hypot(amplifier) / 7f64.sqrt();
+            let gain = 1.0 + 100e3 / ONE_GAUGE_GAIN.value;
+            let amplifier = gain * amplifier * 65_536.0 / 3.3;
+            // Seven scans, at worst. They hardly average out hum, nor what the bridge's filter has left.
+            let one = (16.0 * converter / 7f64.sqrt()).hypot(amplifier);
             let codes = one.hypot(hum * 65_536.0 / 3.3);
             estimate * codes * f64::from(FE.gauge_ue_per_code[0])
         })
@@ -292,10 +301,10 @@ fn monitor_span() -> Check {
         good: shown(MONITOR_UPPER, MONITOR_LOWER),
         wrong: vec![
             (
-                "70 kΩ and 30 kΩ swapped",
+                "69.8 kΩ and 30 kΩ swapped",
                 shown(MONITOR_LOWER, MONITOR_UPPER),
             ),
-            ("70 kΩ open", shown(OPEN, MONITOR_LOWER)),
+            ("69.8 kΩ open", shown(OPEN, MONITOR_LOWER)),
             ("30 kΩ open", shown(MONITOR_UPPER, OPEN)),
             ("the supply's divider", shown(SUPPLY_UPPER, SUPPLY_LOWER)),
         ],
@@ -333,22 +342,32 @@ fn supply() -> Check {
     }
 }
 
-/// Command at the connector, V, of a code of the converter.
-fn command(code: f64, load: Part, upper: Part, lower: Part) -> Range {
+/// Command at the connector, V, where the pin has so many volts: what it is multiplied by, less its share of the
+/// reference.
+fn amplified(
+    pin: f64,
+    rail: f64,
+    [feedback, ground, reference]: [f64; 3],
+    offset: f64,
+    swing: f64,
+) -> f64 {
+    let gain = 1.0 + feedback / ground + feedback / reference;
+    (gain * (pin + offset) - rail * feedback / reference).clamp(swing, 12.0)
+}
+
+/// Command at the connector, V, of a code of the converter. The loop closes at the connector, so no load shows.
+fn command(code: f64, [feedback, ground, reference]: [Part; 3]) -> Range {
     let parts = [
         RAIL,
         DAC_GAIN,
         DAC_OFFSET,
         DAC_STEPS,
-        DAC_RESISTANCE,
-        LEAKAGE,
-        PULL_DOWN,
+        DAC_LOW,
         COMMAND_OFFSET,
-        upper,
-        lower,
+        feedback,
+        ground,
+        reference,
         COMMAND_SWING,
-        SERIES,
-        load,
     ];
     range(
         parts,
@@ -357,63 +376,82 @@ fn command(code: f64, load: Part, upper: Part, lower: Part) -> Range {
             gain,
             offset,
             steps,
-            source,
-            leakage,
-            down,
+            low,
             amplifier,
-            upper,
-            lower,
+            feedback,
+            ground,
+            reference,
             swing,
-            series,
-            load,
         ]| {
-            let converter = rail * (gain * code + steps) / 4096.0 + offset;
-            // Of zero ohms nothing is divided.
-            let pin = node([(converter, source.max(1e-3)), (0.0, down)], leakage).max(0.0);
-            let output = (1.0 + upper / lower) * (pin + amplifier);
-            output.clamp(swing, 12.0) / (1.0 + series * load)
+            let pin = (rail * (gain * code + steps) / 4096.0 + offset).max(low);
+            amplified(pin, rail, [feedback, ground, reference], amplifier, swing)
         },
     )
 }
+
+const LOOP: [Part; 3] = [FEEDBACK, TO_GROUND, TO_REFERENCE];
 
 fn command_zero() -> Check {
     Check {
         name: "command at rest, regulator unplugged, V",
         step: 0.01,
-        good: command(0.0, exactly(0.0), FEEDBACK_UPPER, FEEDBACK_LOWER),
+        good: command(0.0, LOOP),
         wrong: vec![],
     }
 }
 
-/// 140 kPa is 7 V, of which a thousand codes are a part.
+/// The code of 140 kPa, which is 7 V.
 fn command_span() -> Check {
-    let at = 2_607.0;
-    let shown = |upper, lower| {
-        let volts = command(at, REGULATOR_INPUT, upper, lower);
-        let per_thousand = |v: f64| v * 1e3 / at;
-        Range {
-            value: per_thousand(volts.value),
-            low: per_thousand(volts.low),
-            high: per_thousand(volts.high),
-            rss: per_thousand(volts.rss),
-        }
-    };
+    let DacCode(at) = FE.command(Kilopascals(140.0));
+    let shown = |parts| command(f64::from(at), parts);
     Check {
-        name: "command while holding at 140 kPa, V per 1000 codes",
+        name: "command while holding at 140 kPa, V",
         step: 0.01,
-        good: shown(FEEDBACK_UPPER, FEEDBACK_LOWER),
+        good: shown(LOOP),
         wrong: vec![
-            ("7:3 as 3:7", shown(FEEDBACK_LOWER, FEEDBACK_UPPER)),
-            ("7 open", shown(exactly(1e6), FEEDBACK_LOWER)),
-            ("3 open", shown(FEEDBACK_UPPER, OPEN)),
+            ("no 8.45 kΩ", shown([FEEDBACK, OPEN, TO_REFERENCE])),
+            ("no 20 kΩ", shown([OPEN, TO_GROUND, TO_REFERENCE])),
+            (
+                "8.45 kΩ and 20 kΩ swapped",
+                shown([TO_GROUND, FEEDBACK, TO_REFERENCE]),
+            ),
         ],
     }
 }
 
-/// What may leak out of the DAC's pin in reset so that the command stays below so many volts on every board, A.
-pub fn leakage_in_reset(volts: f64) -> f64 {
-    let gain = 1.0 + FEEDBACK_UPPER.high / FEEDBACK_LOWER.low;
-    (volts / gain - COMMAND_OFFSET.high) / PULL_DOWN.high
+/// The pin floats and leaks.
+fn command_in_reset() -> Check {
+    let parts = [
+        RAIL,
+        LEAKAGE,
+        PULL_DOWN,
+        COMMAND_OFFSET,
+        FEEDBACK,
+        TO_GROUND,
+        TO_REFERENCE,
+        COMMAND_SWING,
+    ];
+    Check {
+        name: "command, reset held down, V",
+        step: 0.01,
+        good: range(
+            parts,
+            |[
+                rail,
+                leakage,
+                down,
+                offset,
+                feedback,
+                ground,
+                reference,
+                swing,
+            ]| {
+                let resistors = [feedback, ground, reference];
+                amplified(leakage * down, rail, resistors, offset, swing)
+            },
+        ),
+        wrong: vec![],
+    }
 }
 
 /// The highest code of the monitor at this pressure, at the lowest rail that is no fault.
