@@ -35,6 +35,20 @@ fn a_sweep_makes_the_table_true_up_to_where_the_fingers_meet_and_tells_empty_clo
 }
 
 #[test]
+fn an_empty_close_is_told_even_where_noise_has_spoilt_the_lag() {
+    // 300 µε of noise: the sweep finds 49 ms where there are 80.
+    let options = Options {
+        seed: 1010,
+        hands: 1,
+        grips: 8,
+    };
+    let measured = calibration::measure(&recipe(), &options, &|| ()).expect("a hand");
+    let [_, swept] = measured.hands[0].closes;
+    assert_eq!(swept.empty, [options.grips; 2]);
+    assert_eq!(swept.held[0], swept.held[1]);
+}
+
+#[test]
 fn whoever_knows_a_mounted_hand_exactly_expects_of_it_what_a_sweep_has_seen() {
     let recipe = recipe();
     let setup = Setup::with_castings(&recipe, 7).expect("three fingers");
