@@ -178,9 +178,7 @@ pub fn equipped(mut setup: Setup, seed: u64) -> (Setup, ChaCha8Rng) {
 /// If they cannot be set, which no sweep finds.
 pub fn calibrated(setup: &Setup, swept: &Swept) -> anyhow::Result<Settings> {
     let settings = setup.settings();
-    let stated = swept
-        .calibration
-        .stated(settings.air.regulator_lag_ms, setup.table());
+    let stated = swept.calibration.stated(&settings.values(), setup.table());
     settings
         .with(&stated, setup.table())
         .map_err(|error| anyhow::anyhow!("sweep: {error}"))
