@@ -18,8 +18,6 @@ use crate::units::FINGERS;
 
 /// The numbers of the settings that a tare changes.
 pub const TARE: [u16; FINGERS] = softgrip_settings::per_finger(510);
-/// The number of one that a sweep may leave as it is ([`Calibration::stated`]).
-pub const REGULATOR_LAG: u16 = 110;
 
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@ use core::sync::atomic::Ordering::Relaxed;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use softgrip::blackbox::{self, Phase, Recorder};
-use softgrip::settings::{Active, ENCODED_BYTES, FACTORY, REGULATOR_LAG, TARE, Values};
+use softgrip::settings::{Active, ENCODED_BYTES, FACTORY, TARE, Values};
 use softgrip::storage::{SaveError, Storage, Stored};
 use softgrip::table::FINGER;
 
@@ -152,8 +152,7 @@ pub async fn run(keeper: &'static mut Keeper) -> ! {
             saves = true;
         }
         if let Some(found) = SWEPT.try_take() {
-            let regulator_ms = links::values().get(REGULATOR_LAG).unwrap_or_default();
-            learn(&found.stated(regulator_ms, &FINGER));
+            learn(&found.stated(&links::values(), &FINGER));
             saves = true;
         }
         if saves {

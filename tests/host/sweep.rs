@@ -60,10 +60,9 @@ fn a_sweep_of_the_recipes_own_fingers_finds_them_and_opens_the_gripper() {
     board.run(2_000);
     assert_eq!(board.state(), State::Idle);
     assert_eq!(board.count(|event| matches!(event, Event::Swept { .. })), 1);
-    let stated = found.stated(75.0, &FINGER);
-    let settings = Settings::default()
-        .with(&stated, &FINGER)
-        .expect("in range");
+    let before = Settings::default();
+    let stated = found.stated(&before.values(), &FINGER);
+    let settings = before.with(&stated, &FINGER).expect("in range");
     assert!(settings.validate(&FINGER).is_ok());
     assert_eq!(settings.finger.free_bend_gain, found.gain);
     assert_eq!(settings.finger.stiffness, found.stiffness);
@@ -71,6 +70,23 @@ fn a_sweep_of_the_recipes_own_fingers_finds_them_and_opens_the_gripper() {
     let lags_ms = [silicone.inflation_lag_ms, silicone.deflation_lag_ms];
     assert_eq!(lags_ms, found.lag_ms);
     assert_eq!(silicone.hysteresis_percent, found.hysteresis_kpa / 1.6);
+}
+
+#[test]
+fn a_sweep_widens_what_makes_a_slip_once_and_only_where_nobody_has_chosen_it() {
+    let found = finish(&mut sweeping()).expect("a calibration");
+    let default = Settings::default().detection.slip_percent;
+    let mut after = Vec::new();
+    for before_percent in [default, 5.0, 20.0] {
+        let mut settings = Settings::default();
+        settings.detection.slip_percent = before_percent;
+        for _ in 0..2 {
+            let stated = found.stated(&settings.values(), &FINGER);
+            settings = settings.with(&stated, &FINGER).expect("in range");
+        }
+        after.push(settings.detection.slip_percent);
+    }
+    assert_eq!(after, [8.5, 5.0, 20.0]);
 }
 
 #[test]

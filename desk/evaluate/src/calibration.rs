@@ -16,6 +16,7 @@ use report::json::round;
 use report::table::Table;
 use serde::Serialize;
 use sim::arm::Phase;
+use sim::hand::Likeness;
 use sim::run;
 use sim::scenario::ObjectKind;
 use sim::setup::Setup;
@@ -177,9 +178,7 @@ pub fn equipped(mut setup: Setup, seed: u64) -> (Setup, ChaCha8Rng) {
 /// If they cannot be set, which no sweep finds.
 pub fn calibrated(setup: &Setup, swept: &Swept) -> anyhow::Result<Settings> {
     let settings = setup.settings();
-    let stated = swept
-        .calibration
-        .stated(settings.air.regulator_lag_ms, setup.table());
+    let stated = swept.calibration.stated(&settings.values(), setup.table());
     settings
         .with(&stated, setup.table())
         .map_err(|error| anyhow::anyhow!("sweep: {error}"))
@@ -285,6 +284,16 @@ pub fn errors_percent(setup: &Setup, swept: &Swept) -> anyhow::Result<[f64; 2]> 
         }
     }
     Ok(worst)
+}
+
+/// What comes closest to the fingers of a setup as they are mounted, with their weight, but without what their silicone
+/// does: its hysteresis and creep have settings of their own.
+pub fn mounted(setup: &Setup) -> Likeness {
+    let mut ideal = setup.clone();
+    let hand = &mut ideal.gripper.hand;
+    (hand.hysteresis_percent, hand.creep_percent) = (0.0, 0.0);
+    ideal.gripper.gauge.creep_percent = 0.0;
+    Likeness::of(&setup.chain, &free_strains(&ideal))
 }
 
 /// Pressures, kPa, and what each gauge shows more than without pressure, µε, at rest on the way up, with nothing in the

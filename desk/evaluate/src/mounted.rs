@@ -1,9 +1,10 @@
 //! What a free-bend sweep is worth to the detector: random hands, each known by the recipe, by a sweep, and exactly.
 //!
 //! All three see the same fingers, losses and hours. The losses are of the simulated gripper with the castings as they
-//! are. In the hours the surrogate has of each casting its stiffness and its gauge ([`Likeness`]), within 0.3 % rms of
-//! it ([`softgrip::estimate::casting`]); an object presses on its fingers as on the recipe's at the pressure at which
-//! those are bent alike.
+//! are. In the hours the surrogate has of each casting its stiffness and its gauge, within 0.3 % rms of it
+//! ([`softgrip::estimate::casting`]); an object presses on its fingers as on the recipe's at the pressure at which those
+//! are bent alike. Fingers that hang from the gripper are bent less by their own weight, by a tenth: whoever knows them
+//! exactly knows that, as a sweep does, and the recipe does not.
 
 use std::collections::BTreeMap;
 
@@ -13,14 +14,14 @@ use rayon::prelude::*;
 use report::json::round;
 use report::table::Table;
 use serde::Serialize;
-use sim::hand::{Hand, Likeness};
+use sim::hand::Hand;
 use sim::setup::Setup;
 use sim::sweep::{self, Swept};
 use softgrip::estimate::Calibration;
 use softgrip::settings::Settings;
 
 use crate::alarms::{self, Group};
-use crate::calibration::{calibrated, equipped};
+use crate::calibration::{calibrated, equipped, mounted};
 use crate::case::Case;
 use crate::finding::Response;
 use crate::identified_model::IdentifiedModel;
@@ -160,7 +161,7 @@ fn of_hand(
     done: &(dyn Fn(u64) + Sync),
 ) -> anyhow::Result<[Seen; 3]> {
     let likeness = setup.hand().likeness(&setup.chain);
-    let exact = exact(setup, swept, &likeness)?;
+    let exact = exact(setup, swept)?;
     let known = [options.settings, calibrated(setup, swept)?, exact];
     let mut seen = [(); 3].map(|()| Seen::default());
     let noise_ue = setup.scenario.noise_ue;
@@ -203,7 +204,8 @@ fn of_hand(
 }
 
 /// The settings of a hand whose every number is known. Where the fingers meet, nobody knows better than a sweep.
-fn exact(setup: &Setup, swept: &Swept, likeness: &Likeness) -> anyhow::Result<Settings> {
+fn exact(setup: &Setup, swept: &Swept) -> anyhow::Result<Settings> {
+    let likeness = mounted(setup);
     let (hand, regulator) = (&setup.gripper.hand, &setup.gripper.regulator);
     let hysteresis_kpa = 0.01 * hand.hysteresis_percent * setup.chain.max_pressure_kpa();
     let calibration = Calibration {

@@ -12,7 +12,7 @@ use sim::run;
 use sim::setup::Setup;
 use softgrip::blackbox::{Memory, Recorder, WORDS};
 use softgrip::fault::GaugeFault;
-use softgrip::settings::{Active, REGULATOR_LAG, TARE, Values};
+use softgrip::settings::{Active, TARE, Values};
 use softgrip::table::FingerTable;
 use softgrip::telemetry::{Event, Snapshot};
 use softgrip::units::{DacCode, FINGERS, Instant};
@@ -269,9 +269,10 @@ impl Twin {
             Event::Tared => TARE.into_iter().zip(self.controller.tare_ue()).collect(),
             Event::Swept { .. } => {
                 self.is_changed = true;
-                let lag_ms = self.values.get(REGULATOR_LAG).unwrap_or_default();
                 let found = self.controller.take_calibration();
-                found.map_or(Vec::new(), |found| found.stated(lag_ms, self.table).into())
+                found.map_or(Vec::new(), |found| {
+                    found.stated(&self.values, self.table).into()
+                })
             }
             _ => return false,
         };

@@ -98,25 +98,39 @@ impl Hand {
         })
     }
 
-    /// What comes closest to these fingers and their gauges, by least squares over all pressures.
+    /// What comes closest to these fingers and their gauges, without their weight, by least squares over all pressures.
     pub fn likeness(&self, nominal: &Chain) -> Likeness {
         const PRESSURES: u32 = 32;
         let max_kpa = nominal.max_pressure_kpa();
+        let pressures = (1..=PRESSURES).map(|n| max_kpa * f64::from(n) / f64::from(PRESSURES));
+        let strains = pressures.map(|kpa| {
+            let shown = |i: usize| self.gauge_gain[i] * self.chains[i].free_strain_ue(kpa);
+            (kpa, std::array::from_fn(shown))
+        });
+        Likeness::of(nominal, &strains.collect::<Vec<_>>())
+    }
+}
+
+impl Likeness {
+    /// What comes closest to fingers that show these strains, µε, at these pressures, kPa, with nothing in the grip, by
+    /// least squares.
+    pub fn of(nominal: &Chain, strains: &[(f64, [f64; FINGERS])]) -> Self {
+        let max_kpa = nominal.max_pressure_kpa();
         let full_ue = nominal.free_strain_ue(max_kpa);
-        let mut likeness = Likeness {
+        let mut likeness = Self {
             gain: [1.0; FINGERS],
             stiffness: [1.0; FINGERS],
             error_percent: 0.0,
         };
-        for (i, chain) in self.chains.iter().enumerate() {
+        for i in 0..FINGERS {
             let fit = |stiffness: f64| {
-                // A softer finger's last pressures are beyond the recipe.
-                let highest_kpa = max_kpa * stiffness.min(1.0);
                 let (mut xx, mut xy, mut yy, mut pairs) = (0.0, 0.0, 0.0, Vec::new());
-                for n in 1..=PRESSURES {
-                    let kpa = highest_kpa * f64::from(n) / f64::from(PRESSURES);
-                    let x = nominal.free_strain_ue(kpa / stiffness);
-                    let y = self.gauge_gain[i] * chain.free_strain_ue(kpa);
+                for (kpa, strain_ue) in strains {
+                    // A softer finger's last pressures are beyond the recipe.
+                    if kpa / stiffness > max_kpa {
+                        continue;
+                    }
+                    let (x, y) = (nominal.free_strain_ue(kpa / stiffness), strain_ue[i]);
                     (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
                     pairs.push((x, y));
                 }
