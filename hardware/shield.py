@@ -171,7 +171,7 @@ def command() -> list[Part]:
         r(b, "R402", "1k", "COMMAND", "CMD_IN"),
         c(b, "C401", "1n", "CMD_IN"),
         Part(b, "U401", "OPAMP", "TLV9301", ("CMD_IN", "CMD_FB", "CMD_DRV", "V12", "GND"), "TLV9301IDBVR",
-             ("OPA197IDBVR",), "Package_TO_SOT_SMD:SOT-23-5", model="RRO12"),
+             ("OPA197IDBVR", "OPA192IDBVR"), "Package_TO_SOT_SMD:SOT-23-5", model="RRO12"),
         r(b, "R403", "8.45k", "CMD_FB", "GND", 0.1),
         r(b, "R404", "59k", "CMD_FB", "AREF", 0.1),
         r(b, "R405", "20k", "CMD_OUT", "CMD_FB", 0.1),
