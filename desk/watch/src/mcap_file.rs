@@ -8,6 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, ensure};
 use mcap::records::MessageHeader;
+use mcap::sans_io::LinearReaderOptions;
 use mcap::{Compression, WriteOptions};
 
 use crate::create::create;
@@ -226,8 +227,11 @@ fn read_messages(
         bytes.starts_with(mcap::MAGIC),
         "not an MCAP file: it does not begin as one"
     );
-    let options = mcap::read::Options::IgnoreEndMagic | mcap::read::Options::ValidateChunkCrcs;
-    let stream = mcap::MessageStream::new_with_options(bytes, options)?;
+    // A chunk is whole, or nothing of it is taken.
+    let options = LinearReaderOptions::default()
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true);
+    let stream = mcap::io::MessageReader::new_with_options(bytes, options);
     let mut messages = 0;
     for message in stream {
         match message {

@@ -46,6 +46,10 @@ impl FromStr for Source {
             ("tcp", address) if is_address(address) => Self::Tcp(address.into()),
             ("defmt", "-") => Self::DefmtStdin,
             ("defmt", address) if is_address(address) => Self::DefmtTcp(address.into()),
+            ("probe", "") => bail!(
+                "a debug probe is not read here: have its own program pass RTT on, as OpenOCD's `rtt server start 9090 0`, and \
+                 name defmt:localhost:9090 with --elf"
+            ),
             _ if Format::of(Path::new(text)).is_ok() => Self::File(text.into()),
             _ => bail!("must be one of {SOURCES}"),
         })

@@ -12,10 +12,10 @@ use watch::{Answer, Connection, Observation, Options, Source, Told, Wish};
 /// Patience with a machine that has much else to do.
 const LONG: Duration = Duration::from_secs(60);
 
-fn gripper(with_ticks: bool) -> Connection {
+fn options(with_ticks: bool) -> Options {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recipes/rtv225.toml");
     let recipe = finger::recipe::load(path.as_ref()).expect("a recipe");
-    let options = Options {
+    Options {
         rate_hz: 50.0,
         with_ticks,
         in_real_time: true,
@@ -28,8 +28,11 @@ fn gripper(with_ticks: bool) -> Connection {
             script: None,
             speed: 1.0,
         },
-    };
-    watch::open(&Source::Virtual, &options).expect("a gripper")
+    }
+}
+
+fn gripper(with_ticks: bool) -> Connection {
+    watch::open(&Source::Virtual, &options(with_ticks)).expect("a gripper")
 }
 
 fn wish(gripper: &Connection, wish: Wish) -> Answer {
@@ -151,6 +154,23 @@ fn every_tick_is_told_where_ticks_are_wanted() {
         }
     }
     assert_eq!(looks, 25);
+}
+
+#[test]
+fn a_debugger_s_stream_needs_the_image_s_elf_file() {
+    let source: Source = "defmt:localhost:1".parse().expect("a source");
+    let error = watch::open(&source, &options(false))
+        .err()
+        .expect("no file");
+    assert!(error.to_string().contains("needs --elf FILE"), "{error}");
+    let not_elf = Options {
+        elf: Some(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml").into()),
+        ..options(false)
+    };
+    let error = watch::open(&source, &not_elf).err().expect("no ELF");
+    assert!(format!("{error:#}").contains("no ELF file"), "{error:#}");
+    let error = "probe".parse::<Source>().expect_err("no probe");
+    assert!(error.to_string().contains("rtt server start"), "{error}");
 }
 
 #[test]
