@@ -11,16 +11,17 @@ mod nucleo_f429zi;
 #[cfg(feature = "board-nucleo-f429zi")]
 mod stm32f4;
 #[cfg(feature = "board-nucleo-f429zi")]
-use {nucleo_f429zi as chosen, stm32f4 as chip};
+use nucleo_f429zi as chosen;
 
 #[cfg(feature = "board-nucleo-g474re")]
 mod nucleo_g474re;
 #[cfg(feature = "board-nucleo-g474re")]
 mod stm32g4;
 #[cfg(feature = "board-nucleo-g474re")]
-use {nucleo_g474re as chosen, stm32g4 as chip};
+use nucleo_g474re as chosen;
 
 mod analogue;
+mod chip;
 mod clock;
 mod half_duplex;
 mod pins;
