@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 14] = [
+const INTERNAL: [(&str, &[&str]); 15] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &[]),
     ("finger", &["softgrip-table"]),
@@ -23,6 +23,10 @@ const INTERNAL: [(&str, &[&str]); 14] = [
         "softgrip-watch",
         &["bus", "serve", "settings", "sim", "softgrip"],
     ),
+    (
+        "softgrip-panel",
+        &["finger", "serve", "settings", "sim", "softgrip", "watch"],
+    ),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
         "softgrip-evaluate",
@@ -32,7 +36,7 @@ const INTERNAL: [(&str, &[&str]); 14] = [
     (
         "softgrip-cli",
         &[
-            "bus", "evaluate", "finger", "report", "serve", "settings", "sim", "softgrip",
+            "bus", "evaluate", "finger", "panel", "report", "serve", "settings", "sim", "softgrip",
             "studies", "watch",
         ],
     ),
@@ -43,8 +47,8 @@ const INTERNAL: [(&str, &[&str]); 14] = [
 ];
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
-/// pages, threads, physics.
-const RESERVED: [(&str, &[&str]); 8] = [
+/// pages, threads, sockets of pages, physics.
+const RESERVED: [(&str, &[&str]); 9] = [
     ("clap", &["softgrip-cli", "softgrip-hil"]),
     ("indicatif", &["softgrip-cli"]),
     (
@@ -53,6 +57,7 @@ const RESERVED: [(&str, &[&str]); 8] = [
             "softgrip-cli",
             "softgrip-evaluate",
             "softgrip-hil",
+            "softgrip-panel",
             "softgrip-report",
             "softgrip-studies",
         ],
@@ -69,6 +74,7 @@ const RESERVED: [(&str, &[&str]); 8] = [
         "rayon",
         &["softgrip-cli", "softgrip-evaluate", "softgrip-studies"],
     ),
+    ("tungstenite", &["softgrip-panel"]),
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
 ];

@@ -8,6 +8,8 @@ pub mod evaluate;
 pub mod fit;
 pub mod gauge;
 pub mod output;
+#[cfg(unix)]
+pub mod panel;
 pub mod registers;
 pub mod replay;
 pub mod section;

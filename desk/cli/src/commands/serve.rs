@@ -60,10 +60,10 @@ pub struct ServeArgs {
 
 /// An object, or none.
 #[derive(Clone, Copy)]
-struct Chosen(Option<ObjectKind>);
+pub(super) struct Chosen(pub(super) Option<ObjectKind>);
 
 /// Parses the kind of an object, or none.
-fn object_or_none() -> impl TypedValueParser<Value = Chosen> {
+pub(super) fn object_or_none() -> impl TypedValueParser<Value = Chosen> {
     let names = ObjectKind::ALL.map(ObjectKind::name).into_iter();
     PossibleValuesParser::new(names.chain(["none"])).try_map(|name| match name.as_str() {
         "none" => Ok(Chosen(None)),
