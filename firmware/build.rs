@@ -29,7 +29,7 @@ fn main() {
         println!("cargo::rustc-env=SOFTGRIP_COMMIT={}", commit());
         // The linker looks for memory.x here.
         println!("cargo::rustc-link-search={}/..", env!("CARGO_MANIFEST_DIR"));
-        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        for argument in ["--nmagic", "--build-id=fast", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");
         }
     }

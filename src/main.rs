@@ -20,6 +20,8 @@ mod identity;
 mod line;
 #[path = "firmware/links.rs"]
 mod links;
+#[path = "firmware/log.rs"]
+mod log;
 #[path = "firmware/record.rs"]
 mod record;
 #[path = "firmware/storage.rs"]
@@ -29,7 +31,6 @@ mod telemetry;
 
 use core::sync::atomic::Ordering::Relaxed;
 
-use defmt_rtt as _;
 use embassy_executor::Spawner;
 use softgrip::Controller;
 use softgrip::failure::Failure;

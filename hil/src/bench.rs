@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use decode::Decoded;
 use rigless::device::{Level, ResetCause};
 use rigless::emulator::{
     self, AccessKind, Driver, HitKind, Host, InterruptLine, Settled, Start, Stop, Watch,
@@ -63,12 +64,22 @@ const FEEDS: u64 = 0xaaaa;
 const VREFIN_CAL: u64 = 0x1fff_7a2a;
 
 /// A message of the firmware, and the millisecond in which it was taken.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Message {
     /// Milliseconds since power-on.
     pub ms: u64,
-    /// Without level and time stamp.
-    pub text: String,
+    /// What it says.
+    pub decoded: Decoded,
+}
+
+impl Message {
+    /// What a line says, without level and time stamp; nothing if it is a record.
+    pub fn text(&self) -> &str {
+        match &self.decoded {
+            Decoded::Record(_) => "",
+            Decoded::Line(line) => &line.text,
+        }
+    }
 }
 
 /// One call of the controller.
@@ -98,6 +109,8 @@ pub struct Reset {
 pub struct Record {
     /// Everything that the firmware said.
     pub messages: Vec<Message>,
+    /// Messages that could not be read.
+    pub malformed: u64,
     /// Every write of the command output.
     pub dac: Vec<DacWrite>,
     /// Every call of the controller.
@@ -125,7 +138,7 @@ impl Record {
     pub fn message(&self, from_ms: u64, text: &str) -> Option<&Message> {
         self.messages
             .iter()
-            .find(|message| message.ms >= from_ms && message.text.contains(text))
+            .find(|message| message.ms >= from_ms && message.text().contains(text))
     }
 
     /// Simulated time over wall time.
@@ -251,7 +264,7 @@ where
             self.digest.update(code.to_le_bytes());
             self.record.dac.push(write);
         }
-        let (bytes, texts) = match ms >= self.host_from_ms {
+        let (bytes, decoded) = match ms >= self.host_from_ms {
             true => self.rtt.take(host)?,
             false => Default::default(),
         };
@@ -260,7 +273,8 @@ where
         self.record.rtt_bytes += bytes.len() as u64;
         self.record
             .messages
-            .extend(texts.into_iter().map(|text| Message { ms, text }));
+            .extend(decoded.into_iter().map(|decoded| Message { ms, decoded }));
+        self.record.malformed = self.rtt.malformed();
         self.record.ms = ms;
         self.record.instructions = stop.instruction_count;
         let mut moment = Moment {
@@ -392,7 +406,7 @@ pub fn run<S: Send + 'static>(
         });
     }
     let period = image.variable("TELEMETRY_PERIOD_US")?.address;
-    let rtt = Rtt::new(block, setup.host, image.table);
+    let rtt = Rtt::new(block, setup.host, image.messages);
     let bench = Bench {
         state,
         script,

@@ -6,7 +6,6 @@ use std::process::Command;
 use std::time::SystemTime;
 
 use anyhow::{Context, bail, ensure};
-use defmt_decoder::Table;
 use object::{Architecture, Object, ObjectSection, ObjectSymbol, SymbolKind};
 
 /// How an image is made.
@@ -52,7 +51,7 @@ pub struct Image {
     /// What is in the chip's memory.
     pub sections: Vec<Section>,
     /// How its messages are to be read. Lives as long as the program.
-    pub table: &'static Table,
+    pub messages: &'static decode::Image,
     functions: BTreeMap<String, Vec<Symbol>>,
     variables: BTreeMap<String, Symbol>,
 }
@@ -122,18 +121,12 @@ impl Image {
         let (functions, variables) = symbols(&file);
         ensure!(!functions.is_empty(), "no symbols");
 
-        let table = Table::parse(&bytes)
-            .context("its messages cannot be read")?
-            .context("no messages")?;
-        ensure!(
-            table.raw_symbols().any(|symbol| symbol.contains("event ")),
-            "it reports no events: it was built with DEFMT_LOG quieter than info"
-        );
+        let messages = decode::Image::read(&bytes)?;
         let sections = file.sections().filter_map(section).collect();
         Ok(Self {
             path: path.into(),
             sections,
-            table: Box::leak(Box::new(table)),
+            messages: Box::leak(Box::new(messages)),
             functions,
             variables,
             bytes,

@@ -1,28 +1,14 @@
 //! Every tick as the image reported it, and the same ticks done again by the host's controller.
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
+use decode::Decoded;
+use softgrip::Controller;
 use softgrip::settings::{Active, FACTORY};
 use softgrip::table::FINGER;
-use softgrip::telemetry::{Event, Snapshot};
-use softgrip::units::{AdcCode, DacCode, Instant, Millivolts};
-use softgrip::{Command, Controller, Grip, RawFrame};
+use softgrip::telemetry::{Event, Record, Snapshot};
+use softgrip::units::Instant;
 
 use crate::bench::Message;
-
-/// One tick: what the image's controller got, and what it made of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
-    /// The controller's time.
-    pub now: Instant,
-    /// What the converter delivered.
-    pub frame: RawFrame,
-    /// What the robot wanted.
-    pub command: Command,
-    /// What went to the regulator.
-    pub dac: DacCode,
-    /// The rest, in the decoder's words.
-    pub snapshot: String,
-}
 
 /// An event in the decoder's words.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,11 +22,11 @@ pub struct Reported {
 /// What the image reported in one run since its last start.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
-    /// Every snapshot.
-    pub ticks: Vec<Seen>,
+    /// Every record.
+    pub ticks: Vec<Record>,
     /// Every event.
     pub events: Vec<Reported>,
-    /// Snapshots and events that were dropped, by their numbers.
+    /// Records and events that were dropped, by their numbers.
     pub dropped: u32,
 }
 
@@ -48,19 +34,19 @@ impl Recording {
     /// Reads the messages of a run; a restart of the firmware starts anew.
     pub fn of(messages: &[Message]) -> anyhow::Result<Self> {
         let mut recording = Self::default();
-        let (mut snapshots, mut events) = (0, 0);
-        for Message { text, .. } in messages {
-            let read = || format!("message {text:?}");
-            if text.starts_with("softgrip ") {
+        let (mut records, mut events) = (0, 0);
+        for message in messages {
+            let text = message.text();
+            if let Decoded::Record(record) = &message.decoded {
+                recording.dropped += record.number - records - 1;
+                records = record.number;
+                recording.ticks.push(**record);
+            } else if text.starts_with("softgrip ") {
                 recording = Self::default();
-                (snapshots, events) = (0, 0);
-            } else if let Some(rest) = text.strip_prefix("snapshot ") {
-                let (number, seen) = tick(rest).with_context(read)?;
-                recording.dropped += number - snapshots - 1;
-                snapshots = number;
-                recording.ticks.push(seen);
+                (records, events) = (0, 0);
             } else if let Some(rest) = text.strip_prefix("event ") {
-                let (number, reported) = event(rest).with_context(read)?;
+                let (number, reported) =
+                    event(rest).with_context(|| format!("message {text:?}"))?;
                 recording.dropped += number - events - 1;
                 events = number;
                 recording.events.push(reported);
@@ -68,43 +54,6 @@ impl Recording {
         }
         Ok(recording)
     }
-}
-
-/// `N: SNAPSHOT, from FRAME and COMMAND to CODE, longest tick …`
-fn tick(text: &str) -> anyhow::Result<(u32, Seen)> {
-    let (number, rest) = text.split_once(": ").context("no number")?;
-    let (snapshot, rest) = rest.split_once(", from ").context("no frame")?;
-    let (frame, rest) = rest.split_once(" and ").context("no command")?;
-    let (command, rest) = rest.split_once(" to ").context("no code")?;
-    let (dac, _) = rest.split_once(", longest").context("no end")?;
-
-    let codes = integers(frame);
-    ensure!(codes.len() == 7, "seven numbers in {frame:?}");
-    let code = |i: usize| u16::try_from(codes[i]).map(AdcCode);
-    let command = match command {
-        "Continue" => Command::Continue,
-        "Grip(Default)" => Command::Grip(Grip::Default),
-        "Release" => Command::Release,
-        "Stop" => Command::Stop,
-        "Acknowledge" => Command::Acknowledge,
-        other => anyhow::bail!("command {other:?}, which no digital input gives"),
-    };
-    let seen = Seen {
-        now: Instant::from_micros(*integers(snapshot).first().context("no time")?),
-        frame: RawFrame {
-            gauges: [code(0)?, code(1)?, code(2)?],
-            monitor: code(3)?,
-            supply: code(4)?,
-            rail: Millivolts(u16::try_from(codes[5])?),
-            scans: u16::try_from(codes[6])?,
-            overrun: frame.contains("overrun: true"),
-            carried: false,
-        },
-        command,
-        dac: DacCode(u16::try_from(*integers(dac).first().context("no code")?)?),
-        snapshot: snapshot.into(),
-    };
-    Ok((number.parse()?, seen))
 }
 
 /// `N TIME: EVENT`
@@ -149,18 +98,20 @@ impl Replay {
         let mut replay = Self::default();
         let mut reported = recording.events.iter();
         for (tick, seen) in recording.ticks.iter().enumerate() {
-            let outputs = controller.step(seen.now, &seen.frame, seen.command);
-            if outputs.dac != seen.dac {
-                replay.differ(seen, format!("{:?}, not {:?}", seen.dac, outputs.dac));
-            }
-            let snapshot = format!("{:?}", outputs.snapshot);
-            if !same(&seen.snapshot, &snapshot) {
-                replay.differ(seen, format!("{}, not {snapshot}", seen.snapshot));
+            let outputs = controller.step(seen.snapshot.now, &seen.frame, seen.command);
+            let host = Record {
+                dac: outputs.dac,
+                snapshot: outputs.snapshot,
+                ..*seen
+            };
+            // Equal to the bit, also in numbers that are none.
+            if host.encode(&mut [0; Record::BYTES]) != seen.encode(&mut [0; Record::BYTES]) {
+                replay.differ(seen, format!("{seen:?}, not {host:?}"));
             }
             for &event in outputs.events.iter() {
                 let words = format!("{event:?}");
                 match reported.next() {
-                    Some(image) if image.at == seen.now && same(&image.text, &words) => {}
+                    Some(image) if image.at == seen.snapshot.now && same(&image.text, &words) => {}
                     other => replay.differ(seen, format!("{other:?}, not {words}")),
                 }
                 replay.events.push((tick, event));
@@ -174,11 +125,13 @@ impl Replay {
         Ok(replay)
     }
 
-    fn differ(&mut self, seen: &Seen, what: String) {
+    fn differ(&mut self, seen: &Record, what: String) {
         self.differing += 1;
         if self.differences.len() < WORDS {
-            self.differences
-                .push(format!("at {} µs the image has {what}", seen.now.micros()));
+            self.differences.push(format!(
+                "at {} µs the image has {what}",
+                seen.snapshot.now.micros()
+            ));
         }
     }
 }
@@ -234,16 +187,5 @@ mod tests {
         assert!(!same("Kilopascals(1.0000001)", "Kilopascals(1.0)"));
         assert!(!same("16777217", "16777216"));
         assert!(!same("Some(1)", "None"));
-    }
-
-    #[test]
-    fn a_snapshot_is_read_with_its_inputs() {
-        let text = "7: Snapshot { now: Instant { micros: 66536 } }, from RawFrame { gauges: [AdcCode(1), AdcCode(2), AdcCode(3)], monitor: AdcCode(4), supply: AdcCode(5), rail: Millivolts(3300), scans: 9, overrun: true } and Grip(Default) to DacCode(12), longest tick 3 us, events lost 0";
-        let (number, seen) = tick(text).expect("a snapshot");
-        assert_eq!(number, 7);
-        assert_eq!(seen.now, Instant::from_micros(66_536));
-        assert_eq!(seen.command, Command::Grip(Grip::Default));
-        assert_eq!((seen.frame.scans, seen.frame.overrun), (9, true));
-        assert_eq!((seen.frame.supply, seen.dac), (AdcCode(5), DacCode(12)));
     }
 }

@@ -1,6 +1,6 @@
 //! The host at the debug port: takes what the firmware has put into its RTT buffer, and reads it.
 
-use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use decode::{Decoded, Decoder, Image};
 use rigless::emulator::Memory;
 use rigless::soc::Width;
 
@@ -30,28 +30,31 @@ pub enum Host {
 pub struct Rtt {
     block: u64,
     host: Host,
-    table: &'static Table,
-    decoder: Box<dyn StreamDecoder + Send + Sync>,
+    decoder: Decoder<'static>,
 }
 
 impl Rtt {
     /// A host for the firmware whose control block lies at `block`.
-    pub fn new(block: u64, host: Host, table: &'static Table) -> Self {
+    pub fn new(block: u64, host: Host, image: &'static Image) -> Self {
         Self {
             block,
             host,
-            table,
-            decoder: table.new_stream_decoder(),
+            decoder: Decoder::new(image),
         }
     }
 
     /// The firmware starts again, and its buffer with it.
     pub fn restart(&mut self) {
-        self.decoder = self.table.new_stream_decoder();
+        self.decoder.restart();
+    }
+
+    /// Messages that could not be read.
+    pub fn malformed(&self) -> u64 {
+        self.decoder.malformed()
     }
 
     /// Takes what is there: the bytes, and the messages that they complete.
-    pub fn take(&mut self, memory: &mut dyn Memory) -> anyhow::Result<(Vec<u8>, Vec<String>)> {
+    pub fn take(&mut self, memory: &mut dyn Memory) -> anyhow::Result<(Vec<u8>, Vec<Decoded>)> {
         let mut word = |offset: u64| memory.read(self.block + offset, Width::W32);
         let started = ID.iter().enumerate().all(|(i, &letter)| {
             let word = word(i as u64 & !3).unwrap_or(0);
@@ -73,14 +76,7 @@ impl Rtt {
         }
         memory.write(self.block + READ, Width::W32, read)?;
 
-        self.decoder.received(&bytes);
-        let mut messages = Vec::new();
-        loop {
-            match self.decoder.decode() {
-                Ok(frame) => messages.push(frame.display_message().to_string()),
-                Err(DecodeError::UnexpectedEof) => return Ok((bytes, messages)),
-                Err(DecodeError::Malformed) => messages.push("malformed message".into()),
-            }
-        }
+        let messages = self.decoder.take(&bytes)?;
+        Ok((bytes, messages))
     }
 }

@@ -1,4 +1,4 @@
-//! The telemetry task: every event at once, and a numbered snapshot 50 times per second, or as often as a
+//! The telemetry task: every event at once, and a numbered record of a tick 50 times per second, or as often as a
 //! debugger asks for, over RTT.
 //!
 //! A host that does not read costs nothing: what does not fit is dropped, and the numbers tell.
@@ -8,8 +8,10 @@ use core::sync::atomic::Ordering::Relaxed;
 use embassy_time::{Duration, Instant, with_deadline};
 use heapless::spsc::Consumer;
 use softgrip::TICK_US;
+use softgrip::telemetry::{BUILD_MARK, Record};
 
-use crate::identity::Identity;
+use crate::board::Clock;
+use crate::identity::{self, Identity};
 use crate::links::{
     EVENT_SENT, EVENTS_LOST, LONGEST_TICK_OF_SECOND_US, LONGEST_TICK_US, Numbered,
     TELEMETRY_PERIOD_US, TELEMETRY_RAN, TELL_IDENTITY, TICK,
@@ -43,7 +45,13 @@ impl Second {
         }
         self.ends += Self::LENGTH;
         LONGEST_TICK_OF_SECOND_US.store(self.longest_us, Relaxed);
-        defmt::info!("longest tick of the last second {=u32} us", self.longest_us);
+        // With the build, so that whoever comes later knows soon whether he reads what runs.
+        defmt::info!(
+            "longest tick of the last second {=u32} us, {=str}{=[u8; 8]:02x}",
+            self.longest_us,
+            BUILD_MARK,
+            *identity::build(),
+        );
         self.longest_us = 0;
     }
 }
@@ -78,17 +86,18 @@ pub async fn run(mut events: Consumer<'static, Numbered>, identity: Identity) ->
                 due = began + period() + HALF_A_TICK;
             }
             number = number.wrapping_add(1);
-            defmt::info!(
-                "snapshot {=u32}: {}, from {} and {} to {}, longest tick {=u32} us, events lost {=u32}, clock {}",
+            let record = Record {
                 number,
-                tick.snapshot,
-                tick.frame,
-                tick.command,
-                tick.dac,
-                longest_us,
-                EVENTS_LOST.load(Relaxed),
-                identity.clock,
-            );
+                longest_tick_us: longest_us,
+                events_lost: EVENTS_LOST.load(Relaxed),
+                internal_clock: identity.clock == Clock::Internal,
+                frame: tick.frame,
+                command: tick.command,
+                dac: tick.dac,
+                snapshot: tick.snapshot,
+            };
+            let mut bytes = [0; Record::BYTES];
+            defmt::info!("record {=[u8]}", record.encode(&mut bytes));
         }
     }
 }

@@ -47,8 +47,15 @@ enum Action {
     /// Reads what a gripper has kept of the seconds before its first loss or fault.
     #[cfg(unix)]
     Blackbox(commands::blackbox::BlackboxArgs),
-    /// Runs a recorded trace (CSV) through the real controller and prints what it reports.
+    /// Records what a gripper tells: snapshots, events, settings and every tick, as MCAP or CSV.
+    #[cfg(unix)]
+    Record(commands::record::RecordArgs),
+    /// Runs a recorded trace (CSV), or a recording (MCAP), through the real controller and prints what it reports.
     Replay(commands::replay::ReplayArgs),
+    /// Compares the events of two recordings, traces or replays.
+    ///
+    /// Exits with 1 if they differ.
+    Diff(commands::diff::DiffArgs),
     /// Prints the table of a finger, compared with the paper's numbers.
     Table(commands::table::TableArgs),
     /// Prints the dimensions of one cross-section and its bending under pressure.
@@ -60,7 +67,6 @@ enum Action {
     /// Prints the table of all registers on the bus (Markdown), by address.
     Registers,
     /// Prints the table of all that a gripper tells (Markdown).
-    #[cfg(unix)]
     Telemetry,
     /// Fits a geometry recipe to the measured bending of a free finger.
     Fit(commands::fit::FitArgs),
@@ -83,13 +89,15 @@ fn main() -> ExitCode {
         Action::Panel(args) => commands::panel::run(&args),
         #[cfg(unix)]
         Action::Blackbox(args) => commands::blackbox::run(&args),
+        #[cfg(unix)]
+        Action::Record(args) => commands::record::run(&args),
         Action::Replay(args) => commands::replay::run(&args),
+        Action::Diff(args) => commands::diff::run(&args),
         Action::Table(args) => commands::table::run(&args),
         Action::Section(args) => commands::section::run(&args),
         Action::Calibrate(args) => commands::calibrate::run(&args),
         Action::Settings(args) => commands::settings::run(&args),
         Action::Registers => commands::registers::run(),
-        #[cfg(unix)]
         Action::Telemetry => commands::telemetry::run(),
         Action::Fit(args) => commands::fit::run(&args),
     };

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 15] = [
+const INTERNAL: [(&str, &[&str]); 16] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &[]),
     ("finger", &["softgrip-table"]),
@@ -17,6 +17,7 @@ const INTERNAL: [(&str, &[&str]); 15] = [
     ),
     ("softgrip-bus", &["softgrip"]),
     ("softgrip-fw", &["softgrip", "softgrip-bus"]),
+    ("softgrip-decode", &["softgrip"]),
     ("softgrip-sim", &["finger", "softgrip"]),
     ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
     (
@@ -42,7 +43,14 @@ const INTERNAL: [(&str, &[&str]); 15] = [
     ),
     (
         "softgrip-hil",
-        &["finger", "report", "sim", "softgrip", "softgrip-bus"],
+        &[
+            "decode",
+            "finger",
+            "report",
+            "sim",
+            "softgrip",
+            "softgrip-bus",
+        ],
     ),
 ];
 

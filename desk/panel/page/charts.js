@@ -95,27 +95,27 @@ function markEvents(plot) {
   ctx.setLineDash([]);
   ctx.lineWidth = devicePixelRatio;
   ctx.globalAlpha = 0.75;
-  const free = Array(NAME_ROWS).fill(-Infinity);
-  let last = null;
-  for (const { t_s, name, level } of events) {
-    if (!(t_s >= min && t_s <= max)) continue;
+  const taken = Array.from({ length: NAME_ROWS }, () => []);
+  const seen = events.filter(({ t_s }) => t_s >= min && t_s <= max);
+  // What matters most has its name first.
+  seen.sort((a, b) => (b.level === "alarm") - (a.level === "alarm"));
+  for (const { t_s, name, level } of seen) {
     const x = plot.valToPos(t_s, "x", true);
     ctx.strokeStyle = ctx.fillStyle = color(level === "alarm" ? "--alarm" : "--dim");
     ctx.beginPath();
     ctx.moveTo(x, bbox.top);
     ctx.lineTo(x, bbox.top + bbox.height);
     ctx.stroke();
-    // Three fingers that touch at once are one line.
-    const again = last?.name === name && x - last.x < row;
-    last = { name, x };
-    if (again) continue;
     const words = name.replace(/_/g, " "), width = ctx.measureText(words).width;
     // Beside its line, on the side where there is room.
     const left = x + gap + width > bbox.left + bbox.width ? x - gap - width : x + gap;
-    const place = free.findIndex((end) => left > end);
+    const right = left + width + gap;
+    // Three fingers that touch at once are named once.
+    if (taken.flat().some((other) => other.words === words && Math.abs(other.x - x) < row)) continue;
+    const place = taken.findIndex((others) => others.every((other) => right < other.left || left > other.right));
     if (place < 0) continue;
     ctx.fillText(words, left, bbox.top + 2 + place * row);
-    free[place] = left + width + gap;
+    taken[place].push({ words, x, left, right });
   }
   ctx.restore();
 }

@@ -70,10 +70,16 @@ export function draw(frame) {
   palm(at, scale);
   finger(frame, 0, at, scale);
   finger(frame, 1, at, scale);
+  context.textAlign = "center";
+  context.fillStyle = color("--text");
+  context.font = "600 13px system-ui, sans-serif";
+  TURN.forEach((turn, i) => {
+    const [x, y] = at([hand.palm_mm * 0.74, -5], turn);
+    context.fillText(String(i + 1), x, y + 5);
+  });
   if (frame.object) {
     context.fillStyle = color("--dim");
     context.font = "12px system-ui, sans-serif";
-    context.textAlign = "center";
     context.fillText(`object, as the gauges tell: room for ⌀ ${(2 * frame.object.radius_mm).toFixed(0)} mm`, width / 2, height - 8);
   }
 }
@@ -106,10 +112,6 @@ function finger(frame, which, at, scale) {
     stroke([base, at([hand.palm_mm, 100], turn)], color("--faint"), 2, [2, 6]);
   }
   if (frame.gauge_faults?.[which]) ring(base[0], base[1] + thick, thick * 0.8, color("--alarm"));
-  context.fillStyle = color("--text");
-  context.font = "600 12px system-ui, sans-serif";
-  context.textAlign = "center";
-  context.fillText(String(which + 1), base[0], base[1] - thick * 0.5 - 7);
 }
 
 function palm(at, scale) {

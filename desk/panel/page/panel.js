@@ -14,11 +14,6 @@ let hello = null, frame = null, standing = "no_token", live = false, ended = fal
 let faults = {}, samples = 0, skipped = 0, lost_lines = 0, last_line = 0, frames = 0, turn = 0, counted = performance.now();
 let noticed = "";
 
-const WORDS = {
-  idle: "idle", closing: "closing", holding: "holding", empty: "empty", sweeping: "sweeping",
-  releasing: "releasing", fault: "fault",
-};
-
 function text(id, value) {
   const place = typeof id === "string" ? get(id) : id;
   if (place.textContent !== value) place.textContent = value;
@@ -95,8 +90,10 @@ function notice() {
   noticed = now;
   const box = get("state");
   box.dataset.state = lost ? "lost" : state ?? "none";
-  text("state_word", lost ? "lost" : WORDS[state] ?? "unknown");
-  text("state_more", lost ? `${lost.words}; ${WORDS[state] ?? "unknown"}` : frame.purpose ?? "");
+  // When it was shown, by the clock that this page and the server may have in common.
+  box.dataset.shownMs = Date.now();
+  text("state_word", lost ? "lost" : state ?? "unknown");
+  text("state_more", lost ? `${lost.words}; ${state ?? "state unknown"}` : "");
   alarms();
 }
 
@@ -136,8 +133,8 @@ function line({ t_s, text: words, level, at_ms }) {
   what.textContent = words;
   item.className = level;
   item.append(time, what);
-  // From the gripper's report to this page, by the clock that both have.
-  item.dataset.afterMs = Date.now() - at_ms;
+  item.dataset.toldMs = at_ms;
+  item.dataset.shownMs = Date.now();
   log.prepend(item);
   while (log.children.length > LINES) log.lastChild.remove();
   text("lost_lines", lost_lines ? `${lost_lines} lines lost` : "");
@@ -171,7 +168,7 @@ function gauges() {
   });
 }
 
-// With every frame, ten times a second, one half of what moves: to draw is what a page costs.
+// With every frame, eight times a second, one half of what moves: to draw is what a page costs.
 function refresh() {
   turn += 1;
   const now = performance.now();

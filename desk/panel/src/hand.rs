@@ -1,8 +1,7 @@
 //! What the gauges say about the shape of the fingers, and about what is between them.
 
-use anyhow::Context;
-use finger::recipe::Recipe;
 use settings::Values;
+use sim::setup::Setup;
 use softgrip::estimate::GaugeSense;
 use softgrip::settings::Settings;
 use softgrip::table::{self, FingerTable, LINKS, LinkTable, ROWS};
@@ -13,7 +12,7 @@ const STEP_MM: f32 = 0.5;
 /// A finger's axis is looked at in so many places on each link.
 const PLACES: usize = 6;
 
-/// Three fingers of a recipe.
+/// Three fingers.
 #[derive(Debug, Clone)]
 pub struct Hand {
     /// What a free finger shows.
@@ -61,25 +60,16 @@ impl Castings {
 }
 
 impl Hand {
-    /// Of a recipe.
-    ///
-    /// # Errors
-    /// If there is no table of the recipe, or it does not say how the fingers stand.
-    pub fn of(recipe: &Recipe) -> anyhow::Result<Self> {
-        let grasp = recipe.grasp.with_context(|| {
-            format!(
-                "the recipe {} has no [grasp], so nobody knows how its fingers stand: add it",
-                recipe.name
-            )
-        })?;
+    /// Of a gripper whose fingers are the recipe's.
+    pub fn of(setup: &Setup) -> Self {
         let mm = |m: f64| (1e3 * m) as f32;
-        Ok(Self {
-            table: sim::run::table_of(recipe)?,
-            links: finger::table::links(&recipe.chain),
-            links_mm: recipe.chain.link_length_m.map(mm),
-            palm_mm: mm(grasp.palm_radius_m),
-            radius_mm: mm(grasp.link_radius_m),
-        })
+        Self {
+            table: setup.table(),
+            links: finger::table::links(&setup.chain),
+            links_mm: setup.chain.link_length_m.map(mm),
+            palm_mm: mm(setup.grasp.palm_radius_m),
+            radius_mm: mm(setup.grasp.link_radius_m),
+        }
     }
 
     /// Pressures of the rows of the table, kPa.
@@ -180,7 +170,7 @@ mod tests {
     static HAND: LazyLock<Hand> = LazyLock::new(|| {
         let text = include_str!("../../../recipes/rtv225.toml");
         let recipe = finger::recipe::parse(Path::new("rtv225.toml"), text).expect("a recipe");
-        Hand::of(&recipe).expect("a hand")
+        Hand::of(&Setup::of(&recipe).expect("a gripper"))
     });
 
     fn castings() -> Castings {

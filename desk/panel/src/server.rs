@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
-use watch::Connection;
+use watch::{Connection, Told};
 
 use crate::bundle;
 use crate::hand::Hand;
@@ -31,6 +31,15 @@ pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     token: Token,
+}
+
+/// Why nothing more comes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum End {
+    /// As it should be.
+    Ended(String),
+    /// Something is wrong.
+    Failed(String),
 }
 
 /// How it went.
@@ -89,7 +98,7 @@ impl Server {
         hand: Hand,
         world: bool,
         stop: &AtomicBool,
-        ended: &mut impl FnMut(&str),
+        ended: &mut impl FnMut(End),
     ) -> Summary {
         let about = About {
             name: connection.name,
@@ -115,18 +124,21 @@ impl Server {
                 thread::sleep(LOOK);
                 continue;
             };
-            let why = match source.recv_timeout(LOOK) {
-                Ok(news) => teller.tell(&hub, news),
-                Err(RecvTimeoutError::Timeout) => None,
+            let news = match source.recv_timeout(LOOK) {
+                Ok(news) => news,
+                Err(RecvTimeoutError::Timeout) => continue,
                 Err(RecvTimeoutError::Disconnected) => {
-                    let why = "it has stopped without a word".to_string();
-                    teller.tell(&hub, watch::Told::Ended(why))
+                    Told::Failed("it has stopped without a word".into())
                 }
             };
-            if let Some(why) = why {
-                ended(&why);
-                told = None;
-            }
+            teller.tell(&hub, &news);
+            let end = match news {
+                Told::Ended(why) => End::Ended(why),
+                Told::Failed(why) => End::Failed(why),
+                _ => continue,
+            };
+            ended(end);
+            told = None;
         }
         let (malformed, pages) = hub.counts();
         Summary { pages, malformed }

@@ -22,7 +22,7 @@ const LONGEST_MESSAGE: usize = 4096;
 /// What is new waits so long for its page, at most.
 const LOOK: Duration = Duration::from_millis(10);
 /// A page gets a frame this often, with the samples since the last one. Each costs a browser more than what is in it.
-const FRAME: Duration = Duration::from_millis(95);
+const FRAME: Duration = Duration::from_millis(120);
 /// So many frames may be on their way to a page that has not seen them: more would only be older when they arrive.
 const MOST_UNSEEN: u64 = 5;
 /// So many orders of a page may wait for their answers.

@@ -115,32 +115,21 @@ impl Teller {
         json!({ "hello": hello }).to_string()
     }
 
-    /// Tells the pages. Gives the reason once nothing more comes.
-    pub fn tell(&mut self, hub: &Hub, told: Told) -> Option<String> {
+    /// Tells the pages.
+    pub fn tell(&mut self, hub: &Hub, told: &Told) {
         match told {
-            Told::Provenance(provenance) => self.provenance(hub, &provenance),
+            Told::Provenance(provenance) => self.provenance(hub, provenance),
             Told::Settings(told) => {
                 self.castings = Castings::of(&told.values);
                 hub.post(Board::Settings, self.settings(&told.values));
             }
-            Told::Observation(observation) => self.observation(hub, &observation),
-            Told::Event(event) => tell_event(hub, &event),
-            Told::Note(text) => note(hub, &text),
+            Told::Observation(observation) => self.observation(hub, observation),
+            Told::Event(event) => tell_event(hub, event),
+            Told::Note(text) => note(hub, text),
             Told::Tick(_) => {}
-            Told::Ended(why) => {
-                hub.put_line(|n| {
-                    line(
-                        n,
-                        None,
-                        "alarm",
-                        &format!("the source has ended: {why}"),
-                        true,
-                    )
-                });
-                return Some(why);
-            }
+            Told::Ended(why) => end(hub, "note", why),
+            Told::Failed(why) => end(hub, "alarm", why),
         }
-        None
     }
 
     fn provenance(&self, hub: &Hub, provenance: &Provenance) {
@@ -327,6 +316,11 @@ fn tell_event(hub: &Hub, event: &EventTold) {
     };
     let event = (event.t_s, event.name.as_str(), &*event.text);
     hub.put_line(|n| line(n, Some((event.0, event.1)), level, event.2, false));
+}
+
+fn end(hub: &Hub, level: &str, why: &str) {
+    let text = format!("the source has ended: {why}");
+    hub.put_line(|n| line(n, None, level, &text, true));
 }
 
 /// Tells the pages something that is no event.

@@ -24,17 +24,31 @@ fn standing(wanted: &str) -> String {
     format!("document.getElementById('standing').dataset.standing === '{wanted}'")
 }
 
-/// Stores a picture of the page if somebody wants it, as in
+/// Pictures of the page, in a folder of the repository:
 /// `SOFTGRIP_PANEL_PICTURES=docs cargo test -p softgrip-panel --test page`.
-fn picture(browser: &Browser, name: &str) {
-    if let Ok(folder) = std::env::var("SOFTGRIP_PANEL_PICTURES") {
-        let bytes = data_encoding::BASE64
-            .decode(browser.picture().as_bytes())
-            .expect("Base64");
-        // Tests run in the folder of their package.
-        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        std::fs::write(root.join(folder).join(name), bytes).expect("a file");
+const PICTURES: &str = "SOFTGRIP_PANEL_PICTURES";
+
+fn wants_pictures() -> bool {
+    std::env::var_os(PICTURES).is_some()
+}
+
+/// A picture shows what was before.
+fn pause_for_pictures() {
+    if wants_pictures() {
+        std::thread::sleep(std::time::Duration::from_secs(3));
     }
+}
+
+fn picture(browser: &Browser, name: &str) {
+    let Some(folder) = std::env::var_os(PICTURES) else {
+        return;
+    };
+    let picture = browser.picture();
+    let bytes = data_encoding::BASE64.decode(picture.as_bytes());
+    // Tests run in the folder of their package.
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let path = root.join(folder).join(name);
+    std::fs::write(path, bytes.expect("Base64")).expect("a file");
 }
 
 #[test]
@@ -50,20 +64,18 @@ fn a_grasp_is_commanded_by_clicks_and_a_loss_shows_within_200_ms() {
 
     // A busy machine may hold up one loss, but not all.
     let mut quickest = u64::MAX;
-    for drop in 0..4 {
+    for _ in 0..4 {
         browser.click("button[data-do=grip]");
         browser.wait_for(&has("holding"));
-        if drop == 0 {
-            browser.click("button[data-do=lift]");
-            browser.wait_for("parseFloat(document.getElementById('level').textContent) > 0");
-            std::thread::sleep(std::time::Duration::from_secs(4));
-            picture(&browser, "panel.png");
-        }
+        pause_for_pictures();
         browser.click("button[data-do=pull_out]");
         browser.wait_for(&has("lost"));
         browser.wait_for("document.querySelector('#alarms .alarm.lost')");
+        // From what the gripper has told to state and log that show it, all by the clock of this machine.
         let shown = browser.script(
-            "return Number([...document.querySelectorAll('#log li.alarm')][0].dataset.afterMs)",
+            "const line = document.querySelector('#log li.alarm').dataset;
+            const state = document.getElementById('state').dataset;
+            return Math.max(line.shownMs, state.shownMs) - line.toldMs",
         );
         quickest = quickest.min(shown.as_u64().expect("a time"));
         if quickest <= LOSS_SHOWS_WITHIN_MS {
@@ -73,6 +85,20 @@ fn a_grasp_is_commanded_by_clicks_and_a_loss_shows_within_200_ms() {
         browser.click("button[data-do=release]");
         browser.wait_for(&has("idle"));
         browser.click("button[data-do=appear]");
+    }
+    // For the manual: the loss that was, and a grip for a payload that is lifted.
+    if wants_pictures() {
+        pause_for_pictures();
+        browser.click("button[data-do=acknowledge]");
+        browser.click("button[data-do=release]");
+        browser.wait_for(&has("idle"));
+        browser.click("button[data-do=appear]");
+        browser.click("form[data-do=grip_payload] button");
+        browser.wait_for(&has("holding"));
+        browser.click("button[data-do=lift]");
+        browser.wait_for("parseFloat(document.getElementById('margin').textContent) > 0");
+        pause_for_pictures();
+        picture(&browser, "panel.png");
     }
     assert!(quickest <= LOSS_SHOWS_WITHIN_MS, "{quickest} ms");
     assert_eq!(browser.console(), Vec::<String>::new());
@@ -123,7 +149,7 @@ fn one_page_commands_and_others_watch_until_it_has_gone() {
     browser.click("#stop");
     browser.wait_for(&has("fault"));
     browser.wait_for(
-        "document.querySelector('#alarms .alarm.fault .remedy')?.textContent.includes('close it')",
+        "document.querySelector('#alarms .alarm.fault .remedy')?.textContent.includes('acknowledge')",
     );
     picture(&browser, "panel-fault.png");
 
@@ -234,7 +260,7 @@ fn seconds_of_threads(name: &str) -> f64 {
 }
 
 #[test]
-#[ignore = "measures, for docs/panel.md: cargo test --release -p softgrip-panel --test page -- --ignored --nocapture"]
+#[ignore = "measures, for docs/panel.md: cargo test -p softgrip-panel --test page -- --ignored --nocapture"]
 fn what_page_and_server_cost() {
     const FOR_S: f64 = 30.0;
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);

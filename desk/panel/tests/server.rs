@@ -7,7 +7,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::{self, Sender};
 use std::time::{Duration, Instant};
 
-use panel::server::Server;
+use panel::server::{End, Server};
 use serde_json::{Value, json};
 use served::Served;
 use tungstenite::{Message, WebSocket};
@@ -189,7 +189,7 @@ fn a_port_that_is_taken_is_refused_with_what_to_do() {
 fn the_end_of_the_source_is_told_to_pages_and_terminal() {
     let (served, told) = served();
     let mut page = Page::open(&served);
-    told.send(Told::Ended("the line is gone".into()))
+    told.send(Told::Failed("the line is gone".into()))
         .expect("sent");
     let line = page.next("log");
     assert_eq!(line["ended"], true);
@@ -203,7 +203,7 @@ fn the_end_of_the_source_is_told_to_pages_and_terminal() {
     let line = Page::open(&served).next("log");
     assert_eq!(line["ended"], true);
     let (_, ended) = served.end();
-    assert_eq!(ended, ["the line is gone"]);
+    assert_eq!(ended, [End::Failed("the line is gone".into())]);
 }
 
 #[test]

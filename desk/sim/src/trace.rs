@@ -37,7 +37,11 @@ pub fn read(path: &Path) -> anyhow::Result<Trace> {
     parse(&bytes).with_context(|| format!("{}", path.display()))
 }
 
-fn parse(bytes: &[u8]) -> anyhow::Result<Trace> {
+/// Checks the text of a trace.
+///
+/// # Errors
+/// If a column, line or rate cannot be right; the message names it.
+pub fn parse(bytes: &[u8]) -> anyhow::Result<Trace> {
     let quantities = [
         Quantity::Time,
         Quantity::Strain,

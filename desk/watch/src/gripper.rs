@@ -19,9 +19,10 @@ use serve::twin::{Ticked, Twin};
 use sim::events::{self, TimedEvent};
 use sim::setup::Setup;
 
+use crate::connection::Connection;
 use crate::registers::carry_out;
 use crate::tick::{Scale, Tick};
-use crate::told::{Connection, EventTold, Provenance, SettingsTold, Told};
+use crate::told::{EventTold, Provenance, SettingsTold, Told};
 use crate::wish::{Answer, Asked, Wish, Wishes};
 
 /// The controller's ticks in a second.
@@ -38,6 +39,8 @@ pub struct Virtual {
     pub has_object: bool,
     /// What happens to it on its own.
     pub script: Option<Script>,
+    /// Its seconds in one second.
+    pub speed: f64,
 }
 
 /// Runs the virtual gripper until nobody listens, or its script ends it.
@@ -49,20 +52,21 @@ pub fn open(gripper: &Virtual, rate_hz: f64, with_ticks: bool) -> anyhow::Result
         setup,
         has_object,
         script,
+        speed,
     } = gripper;
     let twin = Twin::new(setup, *has_object)?;
     if let Some(script) = script {
         twin.check(script)?;
     }
     let table = setup.table();
-    let every = (TICKS_HZ / rate_hz).round().max(1.0) as u64;
+    let every = (TICKS_HZ / rate_hz).round().max(1.0) as u32;
     let (sender, told) = mpsc::channel();
     let (wishes, asked) = mpsc::channel();
     let (order, orders) = mpsc::channel();
     let (slave, master) = pipe();
     let master = Master::at(master, twin.id());
     let options = run::Options {
-        speed: 1.0,
+        speed: *speed,
         play: script
             .as_ref()
             .map(|script| Play::new(script.clone(), &setup.gripper)),
@@ -101,7 +105,7 @@ pub fn open(gripper: &Virtual, rate_hz: f64, with_ticks: bool) -> anyhow::Result
     thread::spawn(move || answer(master, &order, &asked));
     Ok(Connection {
         name: "the virtual gripper".into(),
-        rate_hz: TICKS_HZ / every as f64,
+        rate_hz: TICKS_HZ / f64::from(every),
         told,
         wishes: Some(Wishes::new(wishes)),
     })
@@ -112,15 +116,15 @@ struct Watch {
     sender: Sender<Told>,
     stop: Arc<AtomicBool>,
     scale: Option<Scale>,
-    every: u64,
+    every: u32,
     with_ticks: bool,
-    ticks: u64,
+    ticks: u32,
     /// What the gripper has said in this tick, its events among it.
     said: Vec<Line>,
 }
 
 impl Watch {
-    fn new(sender: Sender<Told>, stop: Arc<AtomicBool>, every: u64, with_ticks: bool) -> Self {
+    fn new(sender: Sender<Told>, stop: Arc<AtomicBool>, every: u32, with_ticks: bool) -> Self {
         Self {
             sender,
             stop,
@@ -139,12 +143,13 @@ impl Watch {
     }
 
     fn observe(&mut self, ticked: &Ticked) {
+        self.ticks = self.ticks.wrapping_add(1);
         let tick = Tick {
-            snapshot: ticked.snapshot,
+            number: self.ticks,
+            now: ticked.snapshot.now,
             frame: ticked.frame,
             command: ticked.command,
             dac: ticked.dac,
-            gauges: Some(ticked.gauges),
         };
         let t_s = 1e-6 * ticked.snapshot.now.micros() as f64;
         for (values, applied) in [(ticked.applied, true), (ticked.learned, false)] {
@@ -174,12 +179,12 @@ impl Watch {
         if self.with_ticks {
             self.tell(Told::Tick(Box::new(tick)));
         }
-        if self.ticks.is_multiple_of(self.every)
+        if self.ticks % self.every == 1 % self.every
             && let Some(scale) = &self.scale
         {
-            self.tell(Told::Observation(Box::new(scale.observe(&tick))));
+            let seen = scale.observe(&tick, &ticked.snapshot, Some(ticked.gauges));
+            self.tell(Told::Observation(Box::new(seen)));
         }
-        self.ticks += 1;
         for event in events {
             self.tell(Told::Event(event));
         }

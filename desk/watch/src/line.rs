@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use serve::master::Master;
 use serve::readout;
 
+use crate::connection::Connection;
 use crate::registers::{Look, carry_out};
-use crate::told::{Connection, Provenance, SettingsTold, Told};
+use crate::told::{Provenance, SettingsTold, Told};
 use crate::wish::{Answer, Asked, Wish, Wishes};
 
 /// How long the line is watched before its rate is told.
@@ -45,11 +46,10 @@ pub fn open(mut master: Master, name: String, rate_hz: f64) -> anyhow::Result<Co
             asked,
             period: Duration::from_secs_f64(1.0 / rate_hz),
         };
-        let why = match watch.run(look) {
-            Ok(()) => "nobody listens any more".into(),
-            Err(error) => format!("{error:#}"),
-        };
-        let _ = sender.send(Told::Ended(why));
+        // Without an error nobody listens any more.
+        if let Err(error) = watch.run(look) {
+            let _ = sender.send(Told::Failed(format!("{error:#}")));
+        }
     });
     Ok(Connection {
         name,

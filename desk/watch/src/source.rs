@@ -1,14 +1,16 @@
 //! Where a gripper is watched, as text.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::bail;
 use serve::master::Master;
 
+use crate::connection::Connection;
 use crate::gripper;
 use crate::line;
-use crate::told::Connection;
+use crate::playback;
+use crate::recorder::Format;
 
 pub use crate::gripper::Virtual;
 
@@ -21,10 +23,12 @@ pub enum Source {
     Tty(PathBuf),
     /// RTU frames over TCP, at this address and port.
     Tcp(String),
+    /// A recording.
+    File(PathBuf),
 }
 
 /// What a source may be.
-pub const SOURCES: &str = "virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT";
+pub const SOURCES: &str = "virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, or the path of a recording that ends with .mcap or .csv";
 
 impl FromStr for Source {
     type Err = anyhow::Error;
@@ -35,6 +39,7 @@ impl FromStr for Source {
             ("virtual", "") => Self::Virtual,
             ("tty", path) if !path.is_empty() => Self::Tty(path.into()),
             ("tcp", address) if is_address(address) => Self::Tcp(address.into()),
+            _ if Format::of(Path::new(text)).is_ok() => Self::File(text.into()),
             _ => bail!("must be one of {SOURCES}"),
         })
     }
@@ -53,6 +58,8 @@ pub struct Options {
     pub rate_hz: f64,
     /// Every control tick is wanted in full, where the source has them.
     pub with_ticks: bool,
+    /// A recording is told as fast as it came; else as it is taken.
+    pub in_real_time: bool,
     /// Baud rate of a serial port.
     pub baud: u32,
     /// The gripper's id on the bus.
@@ -76,5 +83,6 @@ pub fn open(source: &Source, options: &Options) -> anyhow::Result<Connection> {
             let master = Master::connect(address, options.id)?;
             line::open(master, format!("tcp:{address}"), options.rate_hz)
         }
+        Source::File(path) => playback::open(path, options.in_real_time),
     }
 }

@@ -1,4 +1,4 @@
-//! A control tick as the controller had it, and what is seen of it.
+//! What the controller got in a tick, and what is seen of it.
 
 use softgrip::Command;
 use softgrip::RawFrame;
@@ -7,23 +7,23 @@ use softgrip::fault::{Fault, GaugeFault};
 use softgrip::frontend::FrontEnd;
 use softgrip::settings::{Settings, Values};
 use softgrip::telemetry::Snapshot;
-use softgrip::units::{DacCode, FINGERS};
+use softgrip::units::{DacCode, FINGERS, Instant};
 
 use crate::observation::Observation;
 
-/// What went into one tick of the controller, and what came out.
+/// What the controller got in one tick, and what it told the regulator. All the rest it does again from that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tick {
-    /// What it made of them.
-    pub snapshot: Snapshot,
+    /// Counts from 1 on since the gripper's start; what is missing was dropped on its way.
+    pub number: u32,
+    /// When.
+    pub now: Instant,
     /// What the converters delivered.
     pub frame: RawFrame,
     /// What the controller was told to do.
     pub command: Command,
     /// For the regulator's command converter.
     pub dac: DacCode,
-    /// What has failed of each gauge; none where that is not told.
-    pub gauges: Option<[Option<GaugeFault>; FINGERS]>,
 }
 
 /// What converter codes mean, by the gripper's settings.
@@ -43,15 +43,15 @@ impl Scale {
         }
     }
 
-    /// What is seen of a tick.
-    pub fn observe(&self, tick: &Tick) -> Observation {
-        let Tick {
-            snapshot,
-            frame,
-            dac,
-            gauges,
-            ..
-        } = tick;
+    /// What is seen of a tick, of which the controller has made this. `gauges`: what has failed of each; none where
+    /// that is not told.
+    pub fn observe(
+        &self,
+        tick: &Tick,
+        snapshot: &Snapshot,
+        gauges: Option<[Option<GaugeFault>; FINGERS]>,
+    ) -> Observation {
+        let Tick { frame, dac, .. } = tick;
         let strains = self.front_end.strains(&frame.gauges);
         let loss = snapshot.lost;
         let ue = |finger: usize| strains[finger].0 - self.tare_ue[finger];

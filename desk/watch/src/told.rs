@@ -1,25 +1,9 @@
 //! What a source tells.
 
-use std::sync::mpsc::Receiver;
-
 use settings::Values;
 
 use crate::observation::Observation;
 use crate::tick::Tick;
-use crate::wish::Wishes;
-
-/// A source that tells of a gripper.
-pub struct Connection {
-    /// What it is, in words.
-    pub name: String,
-    /// How often an observation is to come, Hz; 0 where the source's own rate is taken. The real rate is a
-    /// [`Told::Note`] where it turns out to be another.
-    pub rate_hz: f64,
-    /// What it tells. It ends with [`Told::Ended`], and it ends itself once this is dropped.
-    pub told: Receiver<Told>,
-    /// Takes wishes; none where nothing can be wished of the gripper.
-    pub wishes: Option<Wishes>,
-}
 
 /// Something that is told of a gripper.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,14 +14,16 @@ pub enum Told {
     Settings(SettingsTold),
     /// What is seen of it.
     Observation(Box<Observation>),
-    /// A control tick in full; only where ticks were asked for.
+    /// A control tick; only where ticks were asked for. It comes before its observation.
     Tick(Box<Tick>),
     /// Something has happened.
     Event(EventTold),
     /// Something about the source.
     Note(String),
-    /// Nothing more comes, and why.
+    /// Nothing more comes, as it should be, and why.
     Ended(String),
+    /// Nothing more comes, for something is wrong.
+    Failed(String),
 }
 
 /// What gripper it is.

@@ -18,12 +18,14 @@ fn gripper(with_ticks: bool) -> Connection {
     let options = Options {
         rate_hz: 50.0,
         with_ticks,
+        in_real_time: true,
         baud: 115_200,
         id: 9,
         gripper: Virtual {
             setup: Setup::of(&recipe).expect("a setup"),
             has_object: true,
             script: None,
+            speed: 1.0,
         },
     };
     watch::open(&Source::Virtual, &options).expect("a gripper")
@@ -141,7 +143,7 @@ fn every_tick_is_told_where_ticks_are_wanted() {
         match gripper.told.recv_timeout(LONG).expect("something") {
             Told::Tick(tick) => {
                 ticks += 1;
-                assert_eq!(tick.snapshot.now.micros(), 1_000 * ticks);
+                assert_eq!(tick.now.micros(), 1_000 * ticks);
             }
             Told::Observation(_) => looks += 1,
             _ => {}
@@ -161,6 +163,9 @@ fn an_unknown_source_is_refused_with_what_would_be_right() {
         "can0",
     ] {
         let error = text.parse::<Source>().expect_err(text).to_string();
-        assert!(error.contains("tty:/dev/ttyUSB0, tcp:HOST:PORT"), "{error}");
+        assert!(
+            error.contains("tty:/dev/ttyUSB0, tcp:HOST:PORT, or the path"),
+            "{error}"
+        );
     }
 }

@@ -3,12 +3,13 @@
 use anyhow::Context as _;
 use sim::scenario::Scenario;
 use softgrip::blackbox::{Kept, Phase, WORDS, ticks};
+use softgrip::telemetry::Record;
 
 use super::test::{Context, Outcome, Test};
 use crate::bench::{self, Setup};
 use crate::closed_loop::{Loop, REST, fingers, pins_at_rest};
 use crate::moment::Moment;
-use crate::recording::{Recording, Seen};
+use crate::recording::Recording;
 use crate::rtt::Host;
 
 pub const TESTS: [Test; 1] = [Test {
@@ -111,7 +112,7 @@ fn same_as_reported(
         format!("it stands for {came_us} µs, and the loss came at {lost:?}"),
     );
     let at = recording.ticks.iter();
-    let at = at.clone().position(|seen| seen.now == lost);
+    let at = at.clone().position(|seen| seen.snapshot.now == lost);
     let at = at.context("the tick of the loss was not reported")?;
     let kept: Vec<Kept> = ticks(words).collect();
     outcome.must(
@@ -128,7 +129,7 @@ fn same_as_reported(
 }
 
 /// What is kept of a tick.
-fn codes(seen: &Seen) -> [u16; 5] {
+fn codes(seen: &Record) -> [u16; 5] {
     let [a, b, c] = seen.frame.gauges.map(|code| code.0 >> 4);
     [a, b, c, seen.frame.monitor.0 >> 4, seen.dac.0]
 }

@@ -103,8 +103,8 @@ fn boot(context: &Context<'_>) -> anyhow::Result<Outcome> {
     outcome.at_most("reset to ready", ready_ms, "ms", 100.0);
     outcome.must(record.resets.is_empty(), format!("{:?}", record.resets));
     match record.messages.first() {
-        Some(message) if message.text.starts_with("softgrip ") => {
-            outcome.notes.push(message.text.clone());
+        Some(message) if message.text().starts_with("softgrip ") => {
+            outcome.notes.push(message.text().to_string());
         }
         other => outcome
             .failures
@@ -124,11 +124,12 @@ fn no_clock(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let first_ms = first.map_or(f64::NAN, |tick| tick.at.0 as f64 / MS as f64);
     outcome.at_most("reset to first tick", first_ms, "ms", 1_000.0);
     super::timing::jitter(&record, &mut outcome);
-    for says in [
-        "clock: Internal",
-        "ClockInternal",
-        "events lost 0, clock Internal",
-    ] {
+    let recording = crate::recording::Recording::of(&record.messages)?;
+    outcome.must(
+        !recording.ticks.is_empty() && recording.ticks.iter().all(|tick| tick.internal_clock),
+        "a record does not say so",
+    );
+    for says in ["clock: Internal", "ClockInternal"] {
         outcome.must(
             record.message(0, says).is_some(),
             format!("nothing says {says:?}"),
@@ -165,8 +166,11 @@ fn identity(context: &Context<'_>) -> anyhow::Result<Outcome> {
         "a chip as delivered is not told apart",
     );
     let seconds = record.messages.iter();
-    let seconds =
-        seconds.filter(|message| message.text.starts_with("longest tick of the last second"));
+    let seconds = seconds.filter(|message| {
+        message
+            .text()
+            .starts_with("longest tick of the last second")
+    });
     outcome.must(
         seconds.count() == 2,
         "the longest tick is not told once per second",

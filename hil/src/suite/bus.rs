@@ -4,12 +4,14 @@ use anyhow::Context as _;
 use bus::modbus::crc;
 use bus::robot::{Item, REGISTERS, SETTINGS_FROM};
 use sim::scenario::Scenario;
+use softgrip::Command;
 
 use super::test::{Context, Outcome, Test};
 use crate::bench::{self, Setup};
 use crate::closed_loop::{Loop, REST, fingers, pins_at_rest};
 use crate::line::Master;
 use crate::moment::Moment;
+use crate::recording::{Recording, Replay};
 use crate::rtt::Host;
 
 pub const TESTS: [Test; 3] = [
@@ -132,7 +134,10 @@ fn poll(seen: &mut Seen, moment: &mut Moment<'_>, position: u8) {
 }
 
 fn grasp(context: &Context<'_>) -> anyhow::Result<Outcome> {
-    let setup = Setup::new(context.image, Host::Reading);
+    let setup = Setup {
+        telemetry_us: 1_000,
+        ..Setup::new(context.image, Host::Reading)
+    };
     let scenario = Scenario {
         mass_kg: 0.3,
         ..Scenario::default()
@@ -148,6 +153,19 @@ fn grasp(context: &Context<'_>) -> anyhow::Result<Outcome> {
     })?;
     let mut outcome = Outcome::default();
     super::timing::jitter(&record, &mut outcome);
+    let recording = Recording::of(&record.messages)?;
+    outcome.at_most("messages lost", recording.dropped.into(), "", 0.0);
+    let commands = recording.ticks.iter();
+    let commands = commands.filter(|tick| tick.command != Command::Continue);
+    outcome.must(commands.count() > 0, "no record has a command from the bus");
+    let replay = Replay::of(&recording)?;
+    outcome.at_most(
+        "ticks and events that the host's controller does not do again, bit for bit",
+        replay.differing as f64,
+        "",
+        0.0,
+    );
+    outcome.failures.extend(replay.differences);
     outcome.number("replies", seen.replies.into(), "");
     outcome.at_most("requests without a reply", seen.unanswered.into(), "", 0.0);
     outcome.at_most("slowest reply", seen.slowest_us, "µs", REPLY_US);

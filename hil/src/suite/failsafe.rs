@@ -262,7 +262,7 @@ fn unheard(context: &Context<'_>) -> anyhow::Result<Outcome> {
         "nothing says what it was doing",
     );
     let told = record.message(0, "panicked, called from");
-    let told = told.map_or("", |message| &message.text);
+    let told = told.map_or("", |message| message.text());
     let calls: Vec<u64> = told
         .split(['[', ']', ','])
         .filter_map(|word| u64::from_str_radix(word.trim().strip_prefix("0x")?, 16).ok())
@@ -316,7 +316,7 @@ fn restart_loop(context: &Context<'_>) -> anyhow::Result<Outcome> {
     );
     let says = "three failures in ten seconds";
     let told = record.messages.iter();
-    let told = told.filter(|message| message.text.contains(says)).count();
+    let told = told.filter(|message| message.text().contains(says)).count();
     // One per second from the third reset to the acknowledgement.
     outcome.must(
         (5..=6).contains(&told),
@@ -467,13 +467,10 @@ fn rail_off(context: &Context<'_>, rail: f64, fault: Option<&str>) -> anyhow::Re
         "mV",
         5.0,
     );
-    let pressure = last.snapshot.split_once("pressure: Some(Kilopascals(");
-    let pressure: f64 = pressure
-        .and_then(|(_, rest)| rest.split_once(')')?.0.parse().ok())
-        .context("no pressure")?;
+    let pressure = last.snapshot.pressure.context("no pressure")?;
     outcome.at_most(
         "pressure is wrong by",
-        (pressure - f64::from(SHOWN_KPA)).abs(),
+        f64::from((pressure.0 - SHOWN_KPA).abs()),
         "kPa",
         0.05,
     );

@@ -63,7 +63,7 @@ fn pins(ue: [f64; 3]) -> Pins {
 
 /// The tare that a start has found.
 fn found_ue(message: &Message) -> Option<[f64; 3]> {
-    let (_, tare) = message.text.split_once("stored, tare [")?;
+    let (_, tare) = message.text().split_once("stored, tare [")?;
     let (tare, _) = tare.split_once(']')?;
     let mut tare = tare.split(", ").map(|ue| ue.parse().ok());
     Some([tare.next()??, tare.next()??, tare.next()??])
@@ -120,7 +120,7 @@ fn busy(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::default();
     super::timing::jitter(&record, &mut outcome);
     let stored = record.messages.iter();
-    let stored = stored.filter(|message| message.text == "settings stored");
+    let stored = stored.filter(|message| message.text() == "settings stored");
     let stored = stored.count() as u64;
     outcome.number("tares stored", stored as f64, "");
     outcome.must(
@@ -183,7 +183,7 @@ fn sweep(context: &Context<'_>) -> anyhow::Result<Outcome> {
         record
             .messages
             .iter()
-            .filter(|m| m.text.contains(text))
+            .filter(|m| m.text().contains(text))
             .count()
     };
     outcome.must(told("Swept {") == 1, "no sweep has learned anything");
@@ -193,7 +193,7 @@ fn sweep(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let found = record
         .messages
         .iter()
-        .any(|m| m.text.contains("bytes stored"));
+        .any(|m| m.text().contains("bytes stored"));
     outcome.must(found, "the next start finds nothing");
     Ok(outcome)
 }
@@ -288,7 +288,7 @@ fn follow(record: &Record, asked_ms: &[u64], outcome: &mut Outcome) -> [f64; 2] 
         while let Some((n, _)) = asked.next_if(|(_, ms)| **ms <= message.ms) {
             wanted = Some(tare_ue(n as u64));
         }
-        let found = match message.text.as_str() {
+        let found = match message.text() {
             "settings stored" => {
                 stored = wanted.take().unwrap_or(stored);
                 continue;

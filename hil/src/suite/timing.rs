@@ -5,7 +5,7 @@ use crate::bench::{self, MS, Preset, Record, Setup, Tick};
 use crate::closed_loop::{REST, pins_at_rest};
 use crate::rtt::Host;
 
-pub const TESTS: [Test; 7] = [
+pub const TESTS: [Test; 10] = [
     Test {
         name: "endurance",
         about: "no late tick, lost event or growing stack, across the 32-bit ends of the clock",
@@ -41,6 +41,21 @@ pub const TESTS: [Test; 7] = [
         about: "60 s; the host says that it is there, and does not read",
         run: |context| minute(context, 1_000, Host::Silent),
     },
+    Test {
+        name: "record: cost, host reading",
+        about: "of one per tick: at most 5 % of the core's time",
+        run: |context| cost(context, Host::Reading),
+    },
+    Test {
+        name: "record: cost, no host",
+        about: "of one per tick: at most 5 % of the core's time",
+        run: |context| cost(context, Host::Absent),
+    },
+    Test {
+        name: "record: cost, host silent",
+        about: "of one per tick: at most 5 % of the core's time",
+        run: |context| cost(context, Host::Silent),
+    },
 ];
 
 const JITTER_US: f64 = 50.0;
@@ -60,7 +75,46 @@ fn minute(context: &Context<'_>, telemetry_us: u32, host: Host) -> anyhow::Resul
         outcome.at_most("messages lost", recording.dropped.into(), "", 0.0);
         outcome.number("snapshots", recording.ticks.len() as f64, "");
     }
+    outcome.at_most("messages malformed", record.malformed as f64, "", 0.0);
     outcome.number("speed, × real time", record.realtime_factor(), "");
+    Ok(outcome)
+}
+
+/// Instructions of a core at 180 MHz in a millisecond: one per cycle.
+const INSTRUCTIONS_PER_MS: f64 = 180_000.0;
+
+/// What a record a millisecond costs: against one in fifty, everything else being the same.
+fn cost(context: &Context<'_>, host: Host) -> anyhow::Result<Outcome> {
+    let mut outcome = Outcome::default();
+    let mut per_tick = |telemetry_us: u32| {
+        let setup = Setup {
+            telemetry_us,
+            ..Setup::new(context.image, host)
+        };
+        let record = idle(&setup, 5_000)?;
+        jitter(&record, &mut outcome);
+        outcome.at_most("messages malformed", record.malformed as f64, "", 0.0);
+        let mut ticks: Vec<u64> = record
+            .ticks
+            .windows(2)
+            .map(|pair| pair[1].retired - pair[0].retired)
+            .collect();
+        ticks.sort_unstable();
+        let mean = ticks.iter().sum::<u64>() as f64 / ticks.len() as f64;
+        let p90 = ticks.get(ticks.len() * 9 / 10).copied().unwrap_or(0);
+        anyhow::Ok((mean, p90 as f64))
+    };
+    let (often, tick) = per_tick(1_000)?;
+    let (seldom, _) = per_tick(50_000)?;
+    let record = (often - seldom) * 50.0 / 49.0;
+    outcome.number("instructions of a record", record, "");
+    outcome.number("instructions of a tick with its record, p90", tick, "");
+    outcome.at_most(
+        "records of every tick, of the core's time",
+        100.0 * record / INSTRUCTIONS_PER_MS,
+        "%",
+        5.0,
+    );
     Ok(outcome)
 }
 
@@ -186,7 +240,7 @@ fn endurance(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let recording = crate::recording::Recording::of(&record.messages)?;
     outcome.at_most("messages lost", recording.dropped.into(), "", 0.0);
     let (first, last) = (recording.ticks.first(), recording.ticks.last());
-    let micros = |seen: &crate::recording::Seen| seen.now.micros();
+    let micros = |seen: &softgrip::telemetry::Record| seen.snapshot.now.micros();
     let end = 1u64 << 32;
     outcome.must(
         first.is_some_and(|seen| micros(seen) < end) && last.is_some_and(|seen| micros(seen) > end),

@@ -4,12 +4,15 @@
 pub mod blackbox;
 pub mod calibrate;
 pub mod capability;
+pub mod diff;
 pub mod evaluate;
 pub mod fit;
 pub mod gauge;
 pub mod output;
 #[cfg(unix)]
 pub mod panel;
+#[cfg(unix)]
+pub mod record;
 pub mod registers;
 pub mod replay;
 pub mod section;
@@ -17,10 +20,11 @@ pub mod section;
 pub mod serve;
 pub mod settings;
 pub mod sim;
+#[cfg(unix)]
+pub mod source;
 pub mod study;
 pub mod sweep;
 pub mod table;
-#[cfg(unix)]
 pub mod telemetry;
 
 use std::path::{Path, PathBuf};

@@ -9,16 +9,13 @@ use std::thread;
 use ::serve::play::Play;
 use ::serve::port::Port;
 use ::serve::run::{self, Line, Options, Summary};
+use ::serve::stop_on_signals;
 use ::serve::twin::Twin;
-use ::serve::{script, stop_on_signals};
 use anyhow::Context;
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use sim::scenario::ObjectKind;
-use sim::setup::Setup;
 
 use super::output::{self, outln};
-use super::{Castings, Controls, load_recipe, within};
+use super::source::VirtualArgs;
 
 /// Lines of the log that wait for a terminal that does not take them.
 const LINES: usize = 1000;
@@ -31,55 +28,18 @@ pub struct ServeArgs {
     /// Serve RTU frames over TCP at this address in place of a pseudo-terminal; port 0 is any that is free.
     #[arg(long, value_name = "ADDRESS:PORT")]
     tcp: Option<SocketAddr>,
-    /// Object between the fingers.
-    #[arg(long, default_value = "sphere", value_parser = object_or_none())]
-    object: Chosen,
-    /// Mass of the object.
-    #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = within(0.001, 5.0))]
-    mass: Option<f64>,
-    /// What happens, and when (TOML, docs/virtual-gripper.md) [default: nothing but what the robot asks for].
-    #[arg(long, value_name = "FILE")]
-    script: Option<PathBuf>,
-    /// How much faster than real time it runs.
-    #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = within(0.1, 100.0))]
-    speed: f64,
-    /// Noise of the gauges, µε rms at the control tick.
-    #[arg(long, value_name = "UE", allow_negative_numbers = true, value_parser = within(0.0, 5_000.0))]
-    noise: Option<f64>,
-    /// Seed of all noise.
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// The fingers [default: those that the firmware was built for].
-    #[arg(long, value_name = "FILE")]
-    recipe: Option<PathBuf>,
     #[command(flatten)]
-    controls: Controls,
-    #[command(flatten)]
-    castings: Castings,
-}
-
-/// An object, or none.
-#[derive(Clone, Copy)]
-pub(super) struct Chosen(pub(super) Option<ObjectKind>);
-
-/// Parses the kind of an object, or none.
-pub(super) fn object_or_none() -> impl TypedValueParser<Value = Chosen> {
-    let names = ObjectKind::ALL.map(ObjectKind::name).into_iter();
-    PossibleValuesParser::new(names.chain(["none"])).try_map(|name| match name.as_str() {
-        "none" => Ok(Chosen(None)),
-        name => name.parse().map(|kind| Chosen(Some(kind))),
-    })
+    gripper: VirtualArgs,
 }
 
 pub fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
-    let setup = setup(args)?;
-    let twin = Twin::new(&setup, args.object.0.is_some())?;
-    let play = match &args.script {
-        Some(path) => {
-            let script = script::read(path)?;
-            let checked = twin.check(&script);
-            checked.with_context(|| path.display().to_string())?;
-            Some(Play::new(script, &setup.gripper))
+    let gripper = args.gripper.gripper()?;
+    let twin = Twin::new(&gripper.setup, gripper.has_object)?;
+    let play = match &gripper.script {
+        Some(script) => {
+            twin.check(script)
+                .with_context(|| args.gripper.script_name())?;
+            Some(Play::new(script.clone(), &gripper.setup.gripper))
         }
         None => None,
     };
@@ -94,7 +54,7 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
         twin.id()
     );
     let options = Options {
-        speed: args.speed,
+        speed: gripper.speed,
         play,
         orders: None,
     };
@@ -114,19 +74,6 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     };
     tell(&summary, unsaid)?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// All parameters of the gripper.
-fn setup(args: &ServeArgs) -> anyhow::Result<Setup> {
-    let recipe = load_recipe(args.recipe.as_deref())?;
-    let mut setup = Setup::with_castings(&recipe, args.castings.finger_seed)?;
-    args.controls.apply(&mut setup)?;
-    let scenario = &mut setup.scenario;
-    scenario.object = args.object.0.unwrap_or(scenario.object);
-    scenario.mass_kg = args.mass.unwrap_or(scenario.mass_kg);
-    scenario.noise_ue = args.noise.unwrap_or(scenario.noise_ue);
-    scenario.seed = args.seed.unwrap_or(scenario.seed);
-    Ok(setup)
 }
 
 /// How it went.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread::{self, JoinHandle};
 
 use panel::hand::Hand;
-use panel::server::{Server, Summary};
+use panel::server::{End, Server, Summary};
 use sim::setup::Setup;
 use watch::source::Virtual;
 use watch::{Connection, Options, Source};
@@ -17,12 +17,13 @@ pub struct Served {
     pub address: String,
     pub with_token: String,
     stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<(Summary, Vec<String>)>>,
+    thread: Option<JoinHandle<(Summary, Vec<End>)>>,
 }
 
-fn recipe() -> finger::recipe::Recipe {
+fn setup() -> Setup {
     let text = include_str!("../../../../recipes/rtv225.toml");
-    finger::recipe::parse(Path::new("rtv225.toml"), text).expect("a recipe")
+    let recipe = finger::recipe::parse(Path::new("rtv225.toml"), text).expect("a recipe");
+    Setup::of(&recipe).expect("a setup")
 }
 
 impl Served {
@@ -30,15 +31,15 @@ impl Served {
     pub fn of(connection: Connection, world: bool) -> Self {
         let server = Server::open(SocketAddr::from(([127, 0, 0, 1], 0))).expect("a port");
         let (address, with_token) = (server.address(), server.address_with_token());
-        let hand = Hand::of(&recipe()).expect("a hand");
+        let hand = Hand::of(&setup());
         let stop = Arc::new(AtomicBool::new(false));
         let until = Arc::clone(&stop);
         let thread = thread::Builder::new()
             .name("panel-tell".into())
             .spawn(move || {
                 let mut ended = Vec::new();
-                let summary = server.run(connection, hand, world, &until, &mut |why| {
-                    ended.push(why.to_string());
+                let summary = server.run(connection, hand, world, &until, &mut |end| {
+                    ended.push(end);
                 });
                 (summary, ended)
             });
@@ -57,12 +58,14 @@ impl Served {
         let options = Options {
             rate_hz: 50.0,
             with_ticks: false,
+            in_real_time: true,
             baud: 115_200,
             id: 9,
             gripper: Virtual {
-                setup: Setup::of(&recipe()).expect("a setup"),
+                setup: setup(),
                 has_object: true,
                 script: None,
+                speed: 1.0,
             },
         };
         let connection = watch::open(&Source::Virtual, &options).expect("a connection");
@@ -78,7 +81,7 @@ impl Served {
 
     /// Ends it, and says how it went, and what was said of the source's end.
     #[allow(dead_code, reason = "not every test asks")]
-    pub fn end(mut self) -> (Summary, Vec<String>) {
+    pub fn end(mut self) -> (Summary, Vec<End>) {
         self.stop.store(true, SeqCst);
         let thread = self.thread.take().expect("a thread");
         thread.join().expect("an end")

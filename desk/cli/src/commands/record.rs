@@ -1,0 +1,165 @@
+//! `softgrip record`: what a gripper tells, into a file.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
+
+use ::serve::stop_on_signals;
+use anyhow::{Context, bail};
+use clap::Args;
+use watch::mcap_file;
+use watch::recorder::{self, Format, Recorder};
+use watch::{Source, Told};
+
+use super::output::{self, outln};
+use super::source::SourceArgs;
+use super::within;
+
+#[derive(Args)]
+pub struct RecordArgs {
+    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, or the path of a recording, which is converted.
+    #[arg(long, value_name = "SOURCE", required_unless_present = "recover")]
+    from: Option<Source>,
+    /// The recording, FILE.mcap or FILE.csv.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// How long, as 500ms, 60s, 10min or 1h [default: until Ctrl-C].
+    #[arg(long = "for", value_name = "TIME", value_parser = duration)]
+    length: Option<Duration>,
+    /// Snapshots in a second [default: 50; 1000 for CSV, where the source has them].
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = within(0.1, 1000.0))]
+    rate: Option<f64>,
+    /// Replace a file that is there.
+    #[arg(long)]
+    force: bool,
+    /// Write what is whole of a recording that was cut off, in place of recording.
+    #[arg(long, value_name = "BROKEN.mcap", conflicts_with = "from")]
+    recover: Option<PathBuf>,
+    #[command(flatten)]
+    source: SourceArgs,
+}
+
+/// Snapshots in a second, for eyes.
+const EYES_HZ: f64 = 50.0;
+/// Every tick's, for a trace.
+const TRACE_HZ: f64 = 1000.0;
+/// Ctrl-C is looked at so often.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Parses a time with its unit.
+fn duration(text: &str) -> anyhow::Result<Duration> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &text[digits.len()..] {
+        "ms" => 1e-3,
+        "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => bail!("must have a unit, as in 500ms, 60s, 10min or 1h"),
+    };
+    let number: f64 = digits.parse().context("must begin with a number")?;
+    let length = Duration::try_from_secs_f64(number * unit_s);
+    length
+        .ok()
+        .filter(|length| !length.is_zero())
+        .context("must be a time above 0")
+}
+
+pub fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
+    match (&args.recover, &args.from) {
+        (Some(broken), _) => recover(args, broken),
+        (None, Some(source)) => record(args, source),
+        (None, None) => bail!("say what is to be recorded: --from"),
+    }
+}
+
+fn recover(args: &RecordArgs, broken: &Path) -> anyhow::Result<ExitCode> {
+    let file = recorder::create(&args.out, args.force)?;
+    let read = mcap_file::recover(broken, file)?;
+    let missing = read.missing.unwrap_or("nothing is missing".into());
+    outln!(
+        "{} messages of {} are in {}; {missing}",
+        read.messages,
+        broken.display(),
+        args.out.display()
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What has been recorded.
+#[derive(Default)]
+struct Count {
+    snapshots: u64,
+    ticks: u64,
+    events: u64,
+}
+
+fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
+    let format = Format::of(&args.out)?;
+    let is_line = matches!(source, Source::Tty(_) | Source::Tcp(_));
+    let rate_hz = args.rate.unwrap_or(match format {
+        Format::Csv if !is_line => TRACE_HZ,
+        Format::Csv | Format::Mcap => EYES_HZ,
+    });
+    let stop = stop_on_signals().context("cannot listen to Ctrl-C")?;
+    let connection = args
+        .source
+        .open(source, rate_hz, format == Format::Mcap, false)?;
+    let mut recorder = Recorder::new(&args.out, args.force)?;
+    let name = args.out.display();
+    outln!("recording {} to {name}; Ctrl-C ends it", connection.name);
+    let began = Instant::now();
+    let is_over = || {
+        let is_long_enough = args.length.is_some_and(|length| began.elapsed() >= length);
+        stop.load(Relaxed) || is_long_enough
+    };
+    let mut count = Count::default();
+    let mut failed = None;
+    while !is_over() {
+        let told = match connection.told.recv_timeout(PATIENCE) {
+            Ok(told) => told,
+            Err(RecvTimeoutError::Timeout) => continue,
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
+        recorder
+            .add(&told)
+            .with_context(|| format!("{name}: cannot be written"))?;
+        match told {
+            Told::Observation(_) => count.snapshots += 1,
+            Told::Tick(_) => count.ticks += 1,
+            Told::Event(event) => {
+                count.events += 1;
+                outln!("{:9.3} s  {}", event.t_s, event.text);
+            }
+            Told::Note(text) => output::note(format_args!("{text}")),
+            Told::Failed(why) => failed = Some(why),
+            Told::Ended(_) | Told::Provenance(_) | Told::Settings(_) => {}
+        }
+    }
+    recorder
+        .finish()
+        .with_context(|| format!("{name}: cannot be written"))?;
+    tell(args, &count, began.elapsed())?;
+    match failed {
+        Some(why) => bail!("{why}"),
+        None => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// What has been recorded, and how large it is.
+fn tell(args: &RecordArgs, count: &Count, length: Duration) -> anyhow::Result<()> {
+    let bytes = std::fs::metadata(&args.out)?.len();
+    let megabytes = 1e-6 * bytes as f64;
+    let Count {
+        snapshots,
+        ticks,
+        events,
+    } = count;
+    outln!(
+        "{}: {snapshots} snapshots, {ticks} ticks and {events} events in {:.1} s; {megabytes:.3} MB",
+        args.out.display(),
+        length.as_secs_f64(),
+    );
+    Ok(())
+}

@@ -1,0 +1,230 @@
+//! `softgrip record`, and what becomes of its files.
+#![cfg(unix)]
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Patience with a machine that has much else to do.
+const LONG: Duration = Duration::from_secs(120);
+
+/// A grasp and a loss, again and again.
+const SCRIPT: &str = "
+repeat = true
+
+[[step]]
+object = 'appear'
+
+[[step]]
+after_s = 0.3
+input = 'grip'
+
+[[step]]
+when = { event = 'holding' }
+after_s = 0.3
+object = 'pull out'
+
+[[step]]
+when = { event = 'lost' }
+input = 'acknowledge'
+
+[[step]]
+when = { event = 'acknowledged' }
+input = 'release'
+
+[[step]]
+after_s = 0.7
+input = 'acknowledge'
+";
+
+struct Bench {
+    dir: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().expect("a directory");
+        std::fs::write(dir.path().join("script.toml"), SCRIPT).expect("room");
+        Self { dir }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_softgrip"));
+        command.args(args).current_dir(self.dir.path());
+        command
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        self.command(args).output().expect("softgrip starts")
+    }
+
+    /// Runs what is to end with this status, and gives what it says.
+    fn says(&self, status: i32, args: &[&str]) -> String {
+        let output = self.run(args);
+        let text = [output.stdout, output.stderr].concat();
+        let text = String::from_utf8(text).expect("text");
+        assert_eq!(output.status.code(), Some(status), "{args:?}: {text}");
+        text
+    }
+
+    fn recording(&self, out: &str) -> Child {
+        let args = [
+            "record",
+            "--from",
+            "virtual",
+            "--script",
+            "script.toml",
+            "--out",
+            out,
+        ];
+        let mut command = self.command(&args);
+        command
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("softgrip starts")
+    }
+}
+
+fn wait_for_bytes(path: &Path, bytes: u64) {
+    let end = Instant::now() + LONG;
+    while std::fs::metadata(path).map_or(0, |file| file.len()) < bytes {
+        assert!(Instant::now() < end, "{} does not grow", path.display());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_recording_that_was_killed_is_read_up_to_its_last_chunk() {
+    let bench = Bench::new();
+    let mut recorder = bench.recording("killed.mcap");
+    // Some chunks of a second with 10 kB each.
+    wait_for_bytes(&bench.path("killed.mcap"), 45_000);
+    recorder.kill().expect("it runs");
+    recorder.wait().expect("it ends");
+
+    let repeat = ["replay", "killed.mcap", "--from-hardware-frames"];
+    let text = bench.says(0, &repeat);
+    assert!(text.contains("killed.mcap: its end is missing"), "{text}");
+    assert!(text.contains("the same, bit for bit"), "{text}");
+
+    let text = bench.says(
+        0,
+        &["record", "--recover", "killed.mcap", "--out", "whole.mcap"],
+    );
+    assert!(text.contains("its end is missing"), "{text}");
+    let text = bench.says(0, &["replay", "whole.mcap", "--from-hardware-frames"]);
+    assert!(!text.contains("missing"), "{text}");
+    assert!(text.contains("the same, bit for bit"), "{text}");
+    assert!(
+        bench
+            .says(0, &["diff", "killed.mcap", "whole.mcap"])
+            .contains("the same")
+    );
+}
+
+#[test]
+fn ctrl_c_ends_a_recording_and_other_settings_show_what_would_have_been() {
+    let bench = Bench::new();
+    let mut recorder = bench.recording("grasps.mcap");
+    wait_for_bytes(&bench.path("grasps.mcap"), 45_000);
+    let pid = recorder.id().to_string();
+    let kill = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(kill.expect("kill runs").success());
+    assert!(recorder.wait().expect("it ends").success());
+    let mut said = String::new();
+    let stdout = recorder.stdout.as_mut().expect("a pipe");
+    stdout.read_to_string(&mut said).expect("text");
+    assert!(
+        said.contains("LOST") && said.contains(" ticks and "),
+        "{said}"
+    );
+
+    let replayed = bench.says(0, &["replay", "grasps.mcap", "--json"]);
+    std::fs::write(bench.path("replayed.jsonl"), &replayed).expect("room");
+    assert!(
+        bench
+            .says(0, &["diff", "grasps.mcap", "replayed.jsonl"])
+            .contains("the same")
+    );
+
+    let softer = "version = 1\n[grip]\ngrip_pressure_kpa = 60\n";
+    std::fs::write(bench.path("softer.toml"), softer).expect("room");
+    let other = [
+        "replay",
+        "grasps.mcap",
+        "--settings",
+        "softer.toml",
+        "--json",
+    ];
+    std::fs::write(bench.path("other.jsonl"), bench.says(0, &other)).expect("room");
+    let text = bench.says(1, &["diff", "replayed.jsonl", "other.jsonl"]);
+    assert!(
+        text.contains("differences; - in replayed.jsonl alone"),
+        "{text}"
+    );
+
+    // Every trace is one of its own rate.
+    bench.says(
+        0,
+        &["record", "--from", "grasps.mcap", "--out", "grasps.csv"],
+    );
+    assert!(
+        bench
+            .says(0, &["replay", "grasps.csv", "--json"])
+            .contains("lost")
+    );
+}
+
+#[test]
+fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("there.mcap"), "").expect("room");
+    for (args, expected) in [
+        (
+            &["--from", "virtual", "--out", "there.mcap"][..],
+            "there.mcap: is there already",
+        ),
+        (
+            &["--from", "virtual", "--out", "a.bag"],
+            "a.bag: must end with .mcap or .csv",
+        ),
+        (
+            &["--from", "can0", "--out", "a.csv"],
+            "must be one of virtual, tty:",
+        ),
+        (
+            &["--from", "virtual", "--out", "a.csv", "--for", "60"],
+            "as in 500ms, 60s",
+        ),
+        (
+            &["--from", "gone.mcap", "--out", "a.csv"],
+            "gone.mcap: there is no such file",
+        ),
+        (
+            &["--from", "tcp:localhost:1", "--out", "a.csv"],
+            "nobody serves there",
+        ),
+        (&["--out", "a.csv"], "--from"),
+        (
+            &["--recover", "there.mcap", "--out", "b.mcap"],
+            "not an MCAP file",
+        ),
+    ] {
+        let text = bench.says(2, &[&["record"][..], args].concat());
+        assert!(text.contains(expected), "{args:?}: {text}");
+    }
+    assert!(!bench.path("a.csv").exists());
+    let text = bench.says(2, &["replay", "there.mcap", "--from-hardware-frames"]);
+    assert!(text.contains("not an MCAP file"), "{text}");
+    std::fs::write(bench.path("no.jsonl"), "nonsense\n").expect("room");
+    let text = bench.says(2, &["diff", "no.jsonl", "no.jsonl"]);
+    assert!(
+        text.contains("no.jsonl: line 1: must be an event"),
+        "{text}"
+    );
+}

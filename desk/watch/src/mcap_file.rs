@@ -1,0 +1,270 @@
+//! Recordings as MCAP files (mcap.dev), which Foxglove, Lichtblick and PlotJuggler open as they are.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use anyhow::Context;
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions};
+
+use crate::frames;
+use crate::messages::{self, EVENT, FRAMES, PROVENANCE, SETTINGS_IN_USE, SNAPSHOT, TOPICS, Topic};
+use crate::protobuf::Writer;
+use crate::schema::{PACKAGE, descriptors};
+use crate::tick::Tick;
+use crate::told::Told;
+
+/// So much is lost at most where a recording is cut off: a chunk is written as often.
+const CHUNK: Duration = Duration::from_secs(1);
+/// So many ticks are in one message: each message takes 16 bytes of an index beside its own.
+const TICKS: usize = 100;
+
+/// An MCAP file that is being written.
+pub struct McapFile {
+    writer: mcap::Writer<BufWriter<File>>,
+    /// Channel of each topic, and how many messages it has, in the order of [`TOPICS`].
+    channels: [(u16, u32); TOPICS.len()],
+    clock: Clock,
+    ticks: Vec<Tick>,
+    chunk_began: Instant,
+}
+
+/// The gripper's clock on that of the calendar.
+#[derive(Debug, Clone, Copy)]
+struct Clock {
+    /// The gripper's start, ns since 1970; none before the first moment.
+    start_ns: Option<i64>,
+    /// The latest moment, s since that start.
+    t_s: f64,
+}
+
+/// Further back than this the gripper's clock does not jump unless it has started again, s.
+const BACK_S: f64 = 0.5;
+
+impl Clock {
+    /// A moment of the gripper's, ns since 1970.
+    fn ns(&mut self, t_s: f64) -> u64 {
+        let has_restarted = t_s < self.t_s - BACK_S;
+        let since_ns = (1e9 * t_s) as i64;
+        let start_ns = match self.start_ns {
+            Some(start_ns) if !has_restarted => start_ns,
+            _ => now_ns() - since_ns,
+        };
+        self.start_ns = Some(start_ns);
+        self.t_s = t_s;
+        (start_ns + since_ns).max(0).cast_unsigned()
+    }
+
+    /// The latest moment, or now, before the first.
+    fn latest_ns(&mut self) -> u64 {
+        match self.start_ns {
+            Some(_) => self.ns(self.t_s),
+            None => now_ns().max(0).cast_unsigned(),
+        }
+    }
+}
+
+fn now_ns() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.map_or(0, |since| since.as_nanos() as i64)
+}
+
+impl McapFile {
+    /// Begins a recording.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn new(file: File) -> anyhow::Result<Self> {
+        let options = WriteOptions::new()
+            .compression(Some(Compression::Lz4))
+            .chunk_size(None)
+            .library(concat!("softgrip ", env!("CARGO_PKG_VERSION")));
+        let mut writer = options.create(BufWriter::new(file))?;
+        let descriptors = descriptors();
+        let mut channels = [(0, 0); TOPICS.len()];
+        for (Topic { name, of }, channel) in TOPICS.iter().zip(&mut channels) {
+            let of = format!("{PACKAGE}.{of}");
+            let schema = writer.add_schema(&of, "protobuf", &descriptors)?;
+            channel.0 = writer.add_channel(schema, name, "protobuf", &BTreeMap::new())?;
+        }
+        Ok(Self {
+            writer,
+            channels,
+            clock: Clock {
+                start_ns: None,
+                t_s: 0.0,
+            },
+            ticks: Vec::new(),
+            chunk_began: Instant::now(),
+        })
+    }
+
+    /// Writes what is told.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn add(&mut self, told: &Told) -> anyhow::Result<()> {
+        match told {
+            Told::Tick(tick) => self.tick(tick)?,
+            Told::Observation(seen) => {
+                let message = messages::of_observation(seen);
+                self.write(SNAPSHOT, seen.t_s, &message)?;
+            }
+            Told::Event(event) => {
+                self.write(EVENT, Some(event.t_s), &messages::of_event(event))?;
+            }
+            Told::Settings(settings) => {
+                // Ticks before these are not by them.
+                self.write_ticks()?;
+                let message = messages::of_settings(settings);
+                self.write(SETTINGS_IN_USE, settings.t_s, &message)?;
+            }
+            Told::Provenance(about) => {
+                self.write(PROVENANCE, None, &messages::of_provenance(about))?;
+            }
+            Told::Note(_) | Told::Ended(_) | Told::Failed(_) => {}
+        }
+        if self.chunk_began.elapsed() >= CHUNK {
+            self.chunk_began = Instant::now();
+            self.write_ticks()?;
+            self.writer.flush()?;
+        }
+        Ok(())
+    }
+
+    fn tick(&mut self, tick: &Tick) -> anyhow::Result<()> {
+        let follows = |last: &Tick| last.number.checked_add(1) == Some(tick.number);
+        if !self.ticks.last().is_none_or(follows) {
+            self.write_ticks()?;
+        }
+        self.ticks.push(*tick);
+        if self.ticks.len() >= TICKS {
+            self.write_ticks()?;
+        }
+        Ok(())
+    }
+
+    fn write_ticks(&mut self) -> anyhow::Result<()> {
+        let Some(first) = self.ticks.first() else {
+            return Ok(());
+        };
+        let t_s = 1e-6 * first.now.micros() as f64;
+        let message = frames::encode(&self.ticks);
+        self.ticks.clear();
+        self.write(FRAMES, Some(t_s), &message)
+    }
+
+    /// Writes a message of a moment of the gripper's.
+    fn write(&mut self, topic: Topic, t_s: Option<f64>, message: &Writer) -> anyhow::Result<()> {
+        let log_time = match t_s {
+            Some(t_s) => self.clock.ns(t_s),
+            None => self.clock.latest_ns(),
+        };
+        let mut channels = TOPICS.iter().zip(&mut self.channels);
+        let found = channels.find(|(known, _)| **known == topic);
+        let (_, (channel_id, count)) = found.context("a topic that is not written")?;
+        let header = MessageHeader {
+            channel_id: *channel_id,
+            sequence: *count,
+            log_time,
+            publish_time: log_time,
+        };
+        *count = count.wrapping_add(1);
+        self.writer
+            .write_to_known_channel(&header, message.bytes())?;
+        Ok(())
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        self.write_ticks()?;
+        self.writer.finish()?;
+        Ok(())
+    }
+}
+
+/// What has been read of a file, and what of it could not be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Read {
+    /// Messages that are whole.
+    pub messages: u64,
+    /// What is missing, in words; none where the file is whole.
+    pub missing: Option<String>,
+}
+
+/// Reads a recording; `take` gets what is told, in its order. What is whole of a file that was cut off is read.
+///
+/// # Errors
+/// If the file cannot be read, is none, or has a message that is none of a gripper's; or if `take` fails.
+pub fn read(
+    path: &Path,
+    take: &mut impl FnMut(Told) -> anyhow::Result<()>,
+) -> anyhow::Result<Read> {
+    let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
+    read_messages(&bytes, &mut |message| {
+        let topic = &message.channel.topic;
+        let told = messages::read(topic, &message.data)
+            .with_context(|| format!("topic {topic}, message {}", message.sequence))?;
+        told.into_iter().try_for_each(&mut *take)
+    })
+    .with_context(|| format!("{}", path.display()))
+}
+
+/// Reads messages as far as they are whole.
+fn read_messages(
+    bytes: &[u8],
+    take: &mut impl FnMut(&mcap::Message<'_>) -> anyhow::Result<()>,
+) -> anyhow::Result<Read> {
+    let options = mcap::read::Options::IgnoreEndMagic | mcap::read::Options::ValidateChunkCrcs;
+    let stream = mcap::MessageStream::new_with_options(bytes, options)
+        .context("not an MCAP file: it does not begin as one")?;
+    let mut messages = 0;
+    for message in stream {
+        match message {
+            Ok(message) => {
+                messages += 1;
+                take(&message)?;
+            }
+            Err(error) => {
+                let missing = missing(&error, messages);
+                return Ok(Read {
+                    messages,
+                    missing: Some(missing),
+                });
+            }
+        }
+    }
+    // A file that is whole ends with a footer.
+    let is_whole = mcap::read::footer(bytes).is_ok();
+    Ok(Read {
+        messages,
+        missing: (!is_whole).then(|| CUT.into()),
+    })
+}
+
+const CUT: &str = "its end is missing: whoever recorded it did not finish it";
+
+/// What an error says about the rest of the file.
+fn missing(error: &mcap::McapError, messages: u64) -> String {
+    format!("{CUT}, and after {messages} messages nothing more is whole ({error})")
+}
+
+/// Writes what is whole of a file that was cut off into a new one.
+///
+/// # Errors
+/// If there is nothing whole in it, or the new file cannot be written.
+pub fn recover(path: &Path, file: File) -> anyhow::Result<Read> {
+    let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
+    let options = WriteOptions::new().compression(Some(Compression::Lz4));
+    let mut writer = options.create(BufWriter::new(file))?;
+    let read = read_messages(&bytes, &mut |message| Ok(writer.write(message)?));
+    let read = read.with_context(|| format!("{}", path.display()))?;
+    writer.finish()?;
+    Ok(read)
+}

@@ -1,0 +1,99 @@
+//! Recordings as they are written.
+
+use std::fs::{File, OpenOptions};
+use std::io::ErrorKind;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+
+use crate::csv_file::CsvFile;
+use crate::mcap_file::McapFile;
+use crate::told::Told;
+
+/// What a recording is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// MCAP: all that is told.
+    Mcap,
+    /// CSV: observations and the names of events.
+    Csv,
+}
+
+impl Format {
+    /// By the end of a file's name.
+    ///
+    /// # Errors
+    /// If it is neither.
+    pub fn of(path: &Path) -> anyhow::Result<Self> {
+        match path.extension().and_then(|end| end.to_str()) {
+            Some("mcap") => Ok(Self::Mcap),
+            Some("csv") => Ok(Self::Csv),
+            _ => bail!("{}: must end with .mcap or .csv", path.display()),
+        }
+    }
+}
+
+/// A recording that is being written.
+pub enum Recorder {
+    /// As MCAP.
+    Mcap(Box<McapFile>),
+    /// As CSV.
+    Csv(Box<CsvFile>),
+}
+
+/// Makes a file, and takes the place of one that is there only where that is allowed.
+///
+/// # Errors
+/// If there is one, or it cannot be made.
+pub fn create(path: &Path, may_replace: bool) -> anyhow::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true);
+    match may_replace {
+        true => options.create(true).truncate(true),
+        false => options.create_new(true),
+    };
+    match options.open(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!(
+            "{}: is there already: choose another name, or replace it with --force",
+            path.display()
+        ),
+        made => made.with_context(|| format!("{}: cannot be written", path.display())),
+    }
+}
+
+impl Recorder {
+    /// Begins a recording, as the end of the file's name says.
+    ///
+    /// # Errors
+    /// If it says neither format, or as [`create`].
+    pub fn new(path: &Path, may_replace: bool) -> anyhow::Result<Self> {
+        let format = Format::of(path)?;
+        let file = create(path, may_replace)?;
+        Ok(match format {
+            Format::Mcap => Self::Mcap(Box::new(McapFile::new(file)?)),
+            Format::Csv => Self::Csv(Box::new(CsvFile::new(file)?)),
+        })
+    }
+
+    /// Writes what is told.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn add(&mut self, told: &Told) -> anyhow::Result<()> {
+        match self {
+            Self::Mcap(file) => file.add(told),
+            Self::Csv(file) => file.add(told),
+        }
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn finish(self) -> anyhow::Result<()> {
+        match self {
+            Self::Mcap(file) => file.finish(),
+            Self::Csv(file) => file.finish(),
+        }
+    }
+}
