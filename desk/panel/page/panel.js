@@ -26,7 +26,9 @@ const heard = {
     hello = body;
     frame = null;
     ended = false;
+    chip();
     last_line = 0;
+    turn = 0;
     faults = Object.fromEntries(body.faults.map((fault) => [fault.code, fault]));
     text("source", body.source);
     document.title = `softgrip: ${body.source}`;
@@ -168,7 +170,7 @@ function gauges() {
   });
 }
 
-// With every frame, eight times a second, one half of what moves: to draw is what a page costs.
+// With the first frame all, and with each of the others, eight times a second, one half: to draw is what a page costs.
 function refresh() {
   turn += 1;
   const now = performance.now();
@@ -185,7 +187,8 @@ function refresh() {
   if (get("operate").hidden) return;
   fingers.draw(frame);
   charts.draw(turn % 2);
-  if (turn % 2) return;
+  if (turn === 1) charts.draw(0);
+  else if (turn % 2) return;
   const percent = (share) => number(share === null ? null : 100 * share, 0);
   text("kpa", number(frame.kpa, 1));
   text("set_kpa", number(frame.set_kpa, 1));
@@ -198,6 +201,7 @@ function refresh() {
 function chip() {
   const place = get("link");
   const state = !live ? "gone" : ended ? "ended" : "live";
+  document.body.classList.toggle("stale", state !== "live");
   place.dataset.state = state;
   text(place, { gone: "no connection", ended: "source ended", live: "live" }[state]);
   allow();

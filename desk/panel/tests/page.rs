@@ -3,10 +3,11 @@
 mod browser;
 mod served;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError, mpsc};
 
 use browser::{Browser, seconds_of};
 use served::Served;
+use watch::{Connection, Observation, Told};
 
 /// One browser at a time, for the virtual gripper runs in real time.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -246,6 +247,48 @@ fn a_sweep_is_guided_and_shows_what_it_has_learned() {
     browser.wait_for("document.getElementById('sweep_result').classList.contains('good')");
     browser.wait_for("document.querySelectorAll('#learned .changed').length > 3");
     picture(&browser, "panel-calibrate.png");
+    assert_eq!(browser.console(), Vec::<String>::new());
+}
+
+#[test]
+fn a_page_that_comes_after_the_end_of_the_source_shows_what_was_last_and_that_it_is_over() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(browser) = Browser::start(834, 1112, "light") else {
+        return;
+    };
+    let (sender, told) = mpsc::channel();
+    let served = Served::of(
+        Connection {
+            name: "a test".into(),
+            rate_hz: 50.0,
+            told,
+            wishes: None,
+        },
+        false,
+    );
+    let last = Observation {
+        t_s: Some(12.0),
+        state: Some(3),
+        pressure_kpa: Some(123.4),
+        residual_ue: [Some(9_000.0), Some(8_900.0), None],
+        ..Observation::default()
+    };
+    let ends = [
+        Told::Observation(Box::new(last)),
+        Told::Failed("the line is gone".into()),
+    ];
+    for told in ends {
+        sender.send(told).expect("sent");
+    }
+    browser.open(&served.with_token);
+    browser.wait_for("document.getElementById('link').textContent === 'source ended'");
+    browser.wait_for("document.body.classList.contains('stale')");
+    browser.wait_for("document.getElementById('log').textContent.includes('the line is gone')");
+    browser.wait_for(&has("holding"));
+    browser.wait_for("document.getElementById('kpa').textContent === '123.4'");
+    browser.wait_for("document.querySelectorAll('#gauges td')[5].textContent === '8900'");
+    browser.wait_for("document.getElementById('stop').disabled");
+    picture(&browser, "panel-ended.png");
     assert_eq!(browser.console(), Vec::<String>::new());
 }
 
