@@ -71,6 +71,7 @@ unsafe extern "C" fn __pre_init() {
 async fn main(spawner: Spawner) {
     // First of all: the clocks may fail to start.
     board::start_watchdog();
+    log::start();
     let reset = board::reset_reason();
     let failure = record::at_start(reset);
     if let Some(failure) = failure.filter(Failure::is_loop) {

@@ -12,7 +12,7 @@ pub use snapshot::Snapshot;
 
 /// Stands in a message right before the running build's id, so that a host whose ELF file is another image's finds it
 /// all the same.
-pub const BUILD_MARK: &str = "softgrip build ";
+pub const BUILD_MARK: &str = "running build ";
 
 /// Length of that id.
 pub const BUILD_BYTES: usize = 8;

@@ -141,6 +141,14 @@ impl Record {
             .find(|message| message.ms >= from_ms && message.text().contains(text))
     }
 
+    /// Instructions from each tick to the next, of everything.
+    pub fn tick_instructions(&self) -> Vec<u64> {
+        let pairs = self.ticks.windows(2);
+        pairs
+            .map(|pair| pair[1].retired - pair[0].retired)
+            .collect()
+    }
+
     /// Simulated time over wall time.
     pub fn realtime_factor(&self) -> f64 {
         1e-3 * self.ms as f64 / self.wall.as_secs_f64()

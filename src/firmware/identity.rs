@@ -18,21 +18,23 @@ pub struct Identity {
     pub failure: Option<Failure>,
 }
 
-/// What the linker has made of the whole image, as its ELF file says too.
-pub fn build() -> &'static [u8; BUILD_BYTES] {
+/// Sends which build runs, as its ELF file says too: a hash of the whole image by the linker.
+#[inline(never)]
+pub fn tell_build() {
     unsafe extern "C" {
         #[link_name = "BUILD_ID"]
         static ID: [u8; BUILD_BYTES];
     }
     // SAFETY: the linker script puts it at those bytes in flash, which nobody writes.
-    unsafe { &ID }
+    let id = unsafe { &ID };
+    defmt::info!("{=str}{=[u8; 8]:02x}", BUILD_MARK, *id);
 }
 
 impl Identity {
     /// Sends it.
     pub fn tell(&self) {
         defmt::info!(
-            "softgrip {=str} ({=str}) on {=str}, chip {=[u8; 12]:02x}, reset: {}, clock: {}; finger {=str}, table {=u64:016x}, error {=f32} %, {=str}{=[u8; 8]:02x}",
+            "softgrip {=str} ({=str}) on {=str}, chip {=[u8; 12]:02x}, reset: {}, clock: {}; finger {=str}, table {=u64:016x}, error {=f32} %",
             env!("CARGO_PKG_VERSION"),
             env!("SOFTGRIP_COMMIT"),
             board::NAME,
@@ -42,9 +44,8 @@ impl Identity {
             FINGER.recipe,
             FINGER.inputs_hash,
             FINGER.error_bound_percent,
-            BUILD_MARK,
-            *build(),
         );
+        tell_build();
         if let Some(failure) = &self.failure {
             failsafe::tell(failure);
         }

@@ -1,15 +1,12 @@
 //! The log: defmt's messages in a ring that a debugger empties (SEGGER UM08001, real-time transfer).
 //!
-//! defmt-rtt would do, but for its price: it hands every byte to the ring by itself, which makes half of what a snapshot
-//! costs. Nobody ever waits here, whatever a host asks for: what does not fit is dropped.
+//! defmt-rtt hands every byte to its ring by itself; here a message is packed in one loop (`softgrip::telemetry::frame`).
+//! Nobody ever waits, whatever a host asks for: what does not fit is dropped.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use softgrip::telemetry::frame::Frame;
-
-/// Sixteen records: a host may read every 16 ms at 1000 records per second.
-const SIZE: usize = 2048;
+use softgrip::telemetry::frame::{Frame, SIZE};
 
 /// What the host does not read is dropped, says the channel. A host may write another wish here, which nobody heeds.
 const SKIPS: u32 = 0;
@@ -52,7 +49,8 @@ static _SEGGER_RTT: ControlBlock = ControlBlock {
         name: NAME.as_ptr(),
         buffer: RING.0.get().cast(),
         size: SIZE as u32,
-        written: AtomicU32::new(0),
+        // Behind the zero of `start`.
+        written: AtomicU32::new(1),
         read: AtomicU32::new(0),
         flags: AtomicU32::new(SKIPS),
     },
@@ -65,11 +63,18 @@ struct Single<T>(UnsafeCell<T>);
 // program, which interrupts one and never returns to it. The control task, above them, sends none.
 unsafe impl<T> Sync for Single<T> {}
 
-// Not set at the start: the message that is read first begins behind a zero.
+// Not cleared at the start: nobody reads what nobody has written.
 #[unsafe(link_section = ".uninit.rtt")]
 static RING: Single<[u8; SIZE]> = Single(UnsafeCell::new([0; SIZE]));
 
 static FRAME: Single<Frame> = Single(UnsafeCell::new(Frame::NONE));
+
+/// To be called before the first message. The run before may have left half a message with the host, which a zero ends.
+pub fn start() {
+    // SAFETY: no message is being written.
+    let (_, [first, ..]) = unsafe { parts() };
+    *first = 0;
+}
 
 #[defmt::global_logger]
 struct Log;
@@ -78,7 +83,7 @@ struct Log;
 ///
 /// # Safety
 ///
-/// Only between [`defmt::Logger::acquire`] and `release`, and once at a time.
+/// Only before the first message, or between [`defmt::Logger::acquire`] and `release`, and once at a time.
 unsafe fn parts() -> (&'static mut Frame, &'static mut [u8; SIZE]) {
     // SAFETY: one message at a time uses them, see `Single`. The host reads only what `written` has passed, which
     // no message writes before the host has passed it.
@@ -92,12 +97,8 @@ unsafe impl defmt::Logger for Log {
         let written = channel.written.load(Ordering::Relaxed) as usize;
         let read = channel.read.load(Ordering::Acquire) as usize;
         // SAFETY: a message begins, so none is being written, or none that is ever ended.
-        let (frame, ring) = unsafe { parts() };
-        *frame = Frame::begin(SIZE, written, read);
-        if written == 0 {
-            // The run before may have left half a message with the host.
-            frame.separate(ring);
-        }
+        let (frame, _) = unsafe { parts() };
+        *frame = Frame::begin(written, read);
     }
 
     unsafe fn write(bytes: &[u8]) {

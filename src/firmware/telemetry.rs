@@ -8,7 +8,7 @@ use core::sync::atomic::Ordering::Relaxed;
 use embassy_time::{Duration, Instant, with_deadline};
 use heapless::spsc::Consumer;
 use softgrip::TICK_US;
-use softgrip::telemetry::{BUILD_MARK, Record};
+use softgrip::telemetry::Record;
 
 use crate::board::Clock;
 use crate::identity::{self, Identity};
@@ -45,13 +45,9 @@ impl Second {
         }
         self.ends += Self::LENGTH;
         LONGEST_TICK_OF_SECOND_US.store(self.longest_us, Relaxed);
-        // With the build, so that whoever comes later knows soon whether he reads what runs.
-        defmt::info!(
-            "longest tick of the last second {=u32} us, {=str}{=[u8; 8]:02x}",
-            self.longest_us,
-            BUILD_MARK,
-            *identity::build(),
-        );
+        defmt::info!("longest tick of the last second {=u32} us", self.longest_us);
+        // Whoever comes later is to know soon whether he reads what runs.
+        identity::tell_build();
         self.longest_us = 0;
     }
 }

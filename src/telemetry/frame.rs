@@ -3,62 +3,63 @@
 //! It is encoded as rzCOBS, as defmt's decoders expect it: a byte says after up to seven others which of them are zero
 //! and left out, or how long a run without a zero has been; a zero ends the message.
 
+/// Bytes of the ring: sixteen records, so a host may come every 16 ms where each tick is sent. A power of two, which
+/// offsets wrap at without a comparison.
+pub const SIZE: usize = 2048;
+
 /// A message that is being written.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
-    /// Where the next byte goes.
+    /// Where the next byte goes, beyond the ring's end where it goes to its start.
     next: usize,
-    /// Bytes that may be written.
-    free: usize,
-    /// Whether it has fitted so far.
+    /// Up to where the host has read.
+    read: usize,
+    /// Whether the message has fitted so far.
     fits: bool,
-    /// Bytes since the last that said something about others.
-    run: u8,
-    /// Which of them were zero.
+    /// Whether the bytes since the last description are a run without a zero, longer than a group.
+    in_run: bool,
+    /// Bytes until the group, or the run, is complete.
+    left: u8,
+    /// Which bytes of the group were zero.
     zeros: u8,
 }
 
 /// So many bytes are described one by one.
 const GROUP: u8 = 7;
-/// The longest run without a zero.
-const LONGEST_RUN: u8 = 134;
+/// A run without a zero goes on for so many more at most.
+const RUN: u8 = 127;
 
 impl Frame {
     /// There is nowhere to write to.
     pub const NONE: Self = Self {
         next: 0,
-        free: 0,
+        read: 0,
         fits: false,
-        run: 0,
+        in_run: false,
+        left: 0,
         zeros: 0,
     };
 
-    /// Begins a message behind what has been written to a ring of this size; a host has read up to `read`.
-    /// An offset that lies outside leaves no room.
-    pub fn begin(size: usize, written: usize, read: usize) -> Self {
-        if written >= size || read >= size {
-            return Self::NONE;
-        }
-        let unread = match written >= read {
-            true => written - read,
-            false => size - (read - written),
-        };
+    /// Begins a message behind what has been written to the ring; a host has read up to `read`. An offset that
+    /// lies outside leaves no room.
+    pub fn begin(written: usize, read: usize) -> Self {
         Self {
             next: written,
-            // A full ring would look like an empty one.
-            free: size - 1 - unread,
-            fits: true,
+            read,
+            fits: written < SIZE && read < SIZE,
+            left: GROUP,
             ..Self::NONE
         }
     }
 
-    /// Ends whatever stands before a message that nothing has been written of.
-    pub fn separate(&mut self, ring: &mut [u8]) {
-        self.put(ring, 0);
-    }
-
     /// Adds to the message.
-    pub fn write(&mut self, ring: &mut [u8], bytes: &[u8]) {
+    // Not part of a caller's code, which may be built for size.
+    #[inline(never)]
+    pub fn write(&mut self, ring: &mut [u8; SIZE], bytes: &[u8]) {
+        self.reserve(bytes.len());
+        if !self.fits {
+            return;
+        }
         let mut frame = *self;
         for &byte in bytes {
             frame.add(ring, byte);
@@ -66,51 +67,67 @@ impl Frame {
         *self = frame;
     }
 
-    #[inline(always)]
-    fn add(&mut self, ring: &mut [u8], byte: u8) {
-        match byte {
-            0 if self.run >= GROUP => return self.describe(ring, (self.run - GROUP) | 0x80),
-            0 => self.zeros |= 1 << self.run,
-            _ => self.put(ring, byte),
-        }
-        self.run = self.run.wrapping_add(1);
-        if self.run == GROUP && self.zeros != 0 {
-            self.describe(ring, self.zeros);
-        } else if self.run == LONGEST_RUN {
-            self.describe(ring, 0xff);
-        }
-    }
-
     /// Ends the message. Gives up to where the ring has been written; none if the message does not fit, and is dropped.
-    pub fn end(mut self, ring: &mut [u8]) -> Option<usize> {
-        match self.run {
-            0 => {}
-            run if run < GROUP => self.put(ring, (self.zeros | 0xff << run) & 0x7f),
-            run => self.put(ring, (run - GROUP) | 0x80),
+    pub fn end(mut self, ring: &mut [u8; SIZE]) -> Option<usize> {
+        self.reserve(0);
+        if !self.fits {
+            return None;
+        }
+        if self.in_run {
+            self.put(ring, self.run());
+        } else if self.left < GROUP {
+            // What is missing of the group counts as zeros.
+            let written = GROUP - self.left;
+            self.put(ring, (self.zeros | 0xff << written) & 0x7f);
         }
         self.put(ring, 0);
-        self.fits.then_some(self.next)
+        Some(self.next % SIZE)
+    }
+
+    /// Whether so many bytes have room, with all that is written about them and the end of the message. One byte stays
+    /// free, as a full ring would look like an empty one.
+    fn reserve(&mut self, bytes: usize) {
+        let free = self.read.wrapping_sub(self.next).wrapping_sub(1) % SIZE;
+        // A description for each seven, rounded up: one that has begun, the last one and the zero.
+        let most = bytes.saturating_add(bytes / 4).saturating_add(4);
+        self.fits &= most <= free;
     }
 
     #[inline(always)]
-    fn describe(&mut self, ring: &mut [u8], description: u8) {
-        self.put(ring, description);
-        self.run = 0;
-        self.zeros = 0;
-    }
-
-    #[inline(always)]
-    fn put(&mut self, ring: &mut [u8], byte: u8) {
-        match ring.get_mut(self.next) {
-            Some(place) if self.free > 0 => {
-                *place = byte;
-                self.free -= 1;
-                self.next += 1;
-                if self.next >= ring.len() {
-                    self.next = 0;
-                }
-            }
-            _ => self.fits = false,
+    fn add(&mut self, ring: &mut [u8; SIZE], byte: u8) {
+        if byte != 0 {
+            self.put(ring, byte);
+        } else if self.in_run {
+            return self.describe(ring, self.run());
+        } else {
+            self.zeros |= 1u8.wrapping_shl(GROUP.wrapping_sub(self.left).into());
         }
+        self.left = self.left.wrapping_sub(1);
+        if self.left == 0 {
+            match (self.in_run, self.zeros) {
+                (true, _) => self.describe(ring, 0xff),
+                (false, 0) => (self.in_run, self.left) = (true, RUN),
+                (false, zeros) => self.describe(ring, zeros),
+            }
+        }
+    }
+
+    /// Describes a run that a zero ends.
+    fn run(&self) -> u8 {
+        0x80 | RUN.wrapping_sub(self.left)
+    }
+
+    fn describe(&mut self, ring: &mut [u8; SIZE], description: u8) {
+        self.put(ring, description);
+        (self.in_run, self.left, self.zeros) = (false, GROUP, 0);
+    }
+
+    /// Writes a byte that has room.
+    #[inline(always)]
+    fn put(&mut self, ring: &mut [u8; SIZE], byte: u8) {
+        if let Some(place) = ring.get_mut(self.next % SIZE) {
+            *place = byte;
+        }
+        self.next = self.next.wrapping_add(1);
     }
 }

@@ -22,7 +22,7 @@ const INTERNAL: [(&str, &[&str]); 16] = [
     ("softgrip-serve", &["bus", "settings", "sim", "softgrip"]),
     (
         "softgrip-watch",
-        &["bus", "serve", "settings", "sim", "softgrip"],
+        &["bus", "decode", "serve", "settings", "sim", "softgrip"],
     ),
     (
         "softgrip-panel",
@@ -56,7 +56,7 @@ const INTERNAL: [(&str, &[&str]); 16] = [
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
 /// pages, threads, sockets of pages, physics.
-const RESERVED: [(&str, &[&str]); 9] = [
+const RESERVED: [(&str, &[&str]); 11] = [
     ("clap", &["softgrip-cli", "softgrip-hil"]),
     ("indicatif", &["softgrip-cli"]),
     (
@@ -85,6 +85,8 @@ const RESERVED: [(&str, &[&str]); 9] = [
     ("tungstenite", &["softgrip-panel"]),
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
+    ("mcap", &["softgrip-watch"]),
+    ("defmt-decoder", &["softgrip-decode"]),
 ];
 
 fn root() -> PathBuf {

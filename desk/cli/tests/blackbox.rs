@@ -72,6 +72,13 @@ fn a_loss_is_read_out_as_a_trace_that_replays_to_the_same_loss() {
         std::thread::sleep(Duration::from_millis(20));
     }
     drop(master);
+    let from = format!("tcp:{address}");
+    let (recording, picture) = (path("loss.mcap"), path("loss.svg"));
+    for out in [&recording, &picture] {
+        told(&["blackbox", "--from", &from, "--out", out]);
+    }
+    let picture = std::fs::read_to_string(&picture).expect("a picture");
+    assert!(picture.starts_with("<svg") && picture.contains("the object was lost"));
     let read = told(&["blackbox", "--tcp", &address, "--out", &trace, "--clear"]);
     for words in [
         "the object was lost",
@@ -92,15 +99,27 @@ fn a_loss_is_read_out_as_a_trace_that_replays_to_the_same_loss() {
     child.kill().expect("it runs");
     child.wait().expect("it ends");
 
-    let replayed = softgrip(&["replay", &trace, "--json"]);
-    let text = String::from_utf8_lossy(&replayed.stdout);
-    assert!(text.contains("lost"), "{text}");
+    for trace in [&trace, &recording] {
+        let replayed = softgrip(&["replay", trace, "--json"]);
+        let text = String::from_utf8_lossy(&replayed.stdout);
+        assert!(text.contains("lost"), "{trace}: {text}");
+    }
+    let again = softgrip(&["blackbox", "--from", "tcp:127.0.0.1:1", "--out", &trace]);
+    assert_eq!(again.status.code(), Some(2));
 }
 
 #[test]
 fn a_gripper_that_is_not_there_is_an_error_that_says_so() {
     for (args, words) in [
         (&["blackbox"][..], "--tty"),
+        (
+            &["blackbox", "--from", "virtual"],
+            "must be tty:/dev/ttyUSB0 or tcp:HOST:PORT",
+        ),
+        (
+            &["blackbox", "--tcp", "127.0.0.1:1", "--out", "a.png"],
+            "must end with .csv, .mcap or .svg",
+        ),
         (&["blackbox", "--tcp", "127.0.0.1:1"], "nobody serves there"),
         (&["blackbox", "--tty", "/nowhere/at/all"], "cannot open"),
         (&["blackbox", "--tty", "/dev/null"], "not a serial port"),

@@ -23,6 +23,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
     let settings = put("settings.toml", "version = 1\n");
     let end = put("end.toml", "[[step]]\nend = true\n");
     let (out, joined, swept) = (path("out"), path("joined"), path("swept.toml"));
+    let recording = path("recording.mcap");
     let section = [
         "section",
         "--R",
@@ -40,6 +41,11 @@ fn no_command_complains_of_an_output_that_was_closed() {
         &["--help"][..],
         &["sim", "--accel", "5", "--out", &out],
         &["serve", "--script", &end],
+        &[
+            "record", "--from", "virtual", "--script", &end, "--force", "--out", &recording,
+        ],
+        &["replay", &recording],
+        &["diff", &recording, &recording],
         &["replay", &trace],
         &["replay", &trace, "--json"],
         &["table"],

@@ -1,6 +1,6 @@
 //! What the firmware sends to a debugger: from bytes to records and log lines.
 //!
-//! The bytes come from an RTT channel, a pipe or a socket; the image's ELF file tells what its messages mean.
+//! Path `desk/decode`, package `softgrip-decode`, library `decode`. The bytes come from an RTT channel, a pipe or a socket; the image's ELF file tells what its messages mean.
 //!
 //! ```no_run
 //! use decode::{Decoded, Decoder, Image};

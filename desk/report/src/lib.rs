@@ -14,6 +14,7 @@ pub mod style;
 
 pub mod charts;
 pub mod plot;
+pub mod recent;
 pub mod side_view;
 
 pub mod html;

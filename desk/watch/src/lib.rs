@@ -1,7 +1,7 @@
 //! What a gripper tells, whatever it is watched by, and what can be wished of it.
 //!
 //! ```text
-//! virtual, tty, tcp, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file
+//! virtual, tty, tcp, defmt, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file
 //!                                                  └─ wishes ─► grip, release, set, … (registers), and what happens to the
 //!                                                               virtual gripper
 //! file ─► recording ─► rerun (the controller does it again), verdicts (what differs)
@@ -23,6 +23,7 @@ pub mod schema;
 mod frames;
 mod messages;
 
+pub mod create;
 mod csv_file;
 pub mod mcap_file;
 
@@ -42,6 +43,8 @@ pub mod connection;
 #[cfg(unix)]
 mod registers;
 
+#[cfg(unix)]
+mod debugger;
 #[cfg(unix)]
 mod gripper;
 #[cfg(unix)]

@@ -6,10 +6,11 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
 
+use crate::create::create;
 use crate::frames;
 use crate::messages::{self, EVENT, FRAMES, PROVENANCE, SETTINGS_IN_USE, SNAPSHOT, TOPICS, Topic};
 use crate::protobuf::Writer;
@@ -221,9 +222,12 @@ fn read_messages(
     bytes: &[u8],
     take: &mut impl FnMut(&mcap::Message<'_>) -> anyhow::Result<()>,
 ) -> anyhow::Result<Read> {
+    ensure!(
+        bytes.starts_with(mcap::MAGIC),
+        "not an MCAP file: it does not begin as one"
+    );
     let options = mcap::read::Options::IgnoreEndMagic | mcap::read::Options::ValidateChunkCrcs;
-    let stream = mcap::MessageStream::new_with_options(bytes, options)
-        .context("not an MCAP file: it does not begin as one")?;
+    let stream = mcap::MessageStream::new_with_options(bytes, options)?;
     let mut messages = 0;
     for message in stream {
         match message {
@@ -258,9 +262,17 @@ fn missing(error: &mcap::McapError, messages: u64) -> String {
 /// Writes what is whole of a file that was cut off into a new one.
 ///
 /// # Errors
-/// If there is nothing whole in it, or the new file cannot be written.
-pub fn recover(path: &Path, file: File) -> anyhow::Result<Read> {
+/// If there is nothing whole in it, there is a new file already that may not be replaced, or it cannot be written.
+pub fn recover(path: &Path, out: &Path, may_replace: bool) -> anyhow::Result<Read> {
     let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
+    let found = read_messages(&bytes, &mut |_| Ok(()));
+    let found = found.with_context(|| format!("{}", path.display()))?;
+    ensure!(
+        found.messages > 0,
+        "{}: nothing in it is whole",
+        path.display()
+    );
+    let file = create(out, may_replace)?;
     let options = WriteOptions::new().compression(Some(Compression::Lz4));
     let mut writer = options.create(BufWriter::new(file))?;
     let read = read_messages(&bytes, &mut |message| Ok(writer.write(message)?));

@@ -1,11 +1,10 @@
 //! Recordings as they are written.
 
-use std::fs::{File, OpenOptions};
-use std::io::ErrorKind;
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 
+use crate::create::create;
 use crate::csv_file::CsvFile;
 use crate::mcap_file::McapFile;
 use crate::told::Told;
@@ -41,31 +40,11 @@ pub enum Recorder {
     Csv(Box<CsvFile>),
 }
 
-/// Makes a file, and takes the place of one that is there only where that is allowed.
-///
-/// # Errors
-/// If there is one, or it cannot be made.
-pub fn create(path: &Path, may_replace: bool) -> anyhow::Result<File> {
-    let mut options = OpenOptions::new();
-    options.write(true);
-    match may_replace {
-        true => options.create(true).truncate(true),
-        false => options.create_new(true),
-    };
-    match options.open(path) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!(
-            "{}: is there already: choose another name, or replace it with --force",
-            path.display()
-        ),
-        made => made.with_context(|| format!("{}: cannot be written", path.display())),
-    }
-}
-
 impl Recorder {
     /// Begins a recording, as the end of the file's name says.
     ///
     /// # Errors
-    /// If it says neither format, or as [`create`].
+    /// If it says neither format, there is a file, or it cannot be made.
     pub fn new(path: &Path, may_replace: bool) -> anyhow::Result<Self> {
         let format = Format::of(path)?;
         let file = create(path, may_replace)?;

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use serve::master::Master;
 
 use crate::connection::Connection;
+use crate::debugger::{self, Reading};
 use crate::gripper;
 use crate::line;
 use crate::playback;
@@ -23,12 +24,16 @@ pub enum Source {
     Tty(PathBuf),
     /// RTU frames over TCP, at this address and port.
     Tcp(String),
+    /// What the firmware sends to a debugger, at standard input.
+    DefmtStdin,
+    /// The same, at this TCP address and port.
+    DefmtTcp(String),
     /// A recording.
     File(PathBuf),
 }
 
 /// What a source may be.
-pub const SOURCES: &str = "virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, or the path of a recording that ends with .mcap or .csv";
+pub const SOURCES: &str = "virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, or the path of a recording that ends with .mcap or .csv";
 
 impl FromStr for Source {
     type Err = anyhow::Error;
@@ -39,6 +44,8 @@ impl FromStr for Source {
             ("virtual", "") => Self::Virtual,
             ("tty", path) if !path.is_empty() => Self::Tty(path.into()),
             ("tcp", address) if is_address(address) => Self::Tcp(address.into()),
+            ("defmt", "-") => Self::DefmtStdin,
+            ("defmt", address) if is_address(address) => Self::DefmtTcp(address.into()),
             _ if Format::of(Path::new(text)).is_ok() => Self::File(text.into()),
             _ => bail!("must be one of {SOURCES}"),
         })
@@ -64,6 +71,8 @@ pub struct Options {
     pub baud: u32,
     /// The gripper's id on the bus.
     pub id: u8,
+    /// The ELF file of the image that runs, for what it sends to a debugger.
+    pub elf: Option<PathBuf>,
     /// The virtual gripper.
     pub gripper: Virtual,
 }
@@ -83,6 +92,21 @@ pub fn open(source: &Source, options: &Options) -> anyhow::Result<Connection> {
             let master = Master::connect(address, options.id)?;
             line::open(master, format!("tcp:{address}"), options.rate_hz)
         }
+        Source::DefmtStdin => Ok(debugger::of_stdin(reading(options)?)),
+        Source::DefmtTcp(address) => debugger::of_tcp(address, reading(options)?),
         Source::File(path) => playback::open(path, options.in_real_time),
     }
+}
+
+/// How a debugger's stream is to be read.
+fn reading(options: &Options) -> anyhow::Result<Reading> {
+    let elf = options.elf.as_deref().context(
+        "a debugger's stream needs --elf FILE, the ELF file of the image that runs: `cargo fw-build` leaves it",
+    )?;
+    Ok(Reading {
+        image: debugger::image(elf)?,
+        values: options.gripper.setup.settings().values(),
+        rate_hz: options.rate_hz,
+        with_ticks: options.with_ticks,
+    })
 }

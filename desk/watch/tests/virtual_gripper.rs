@@ -21,6 +21,7 @@ fn gripper(with_ticks: bool) -> Connection {
         in_real_time: true,
         baud: 115_200,
         id: 9,
+        elf: None,
         gripper: Virtual {
             setup: Setup::of(&recipe).expect("a setup"),
             has_object: true,
@@ -164,7 +165,8 @@ fn an_unknown_source_is_refused_with_what_would_be_right() {
     ] {
         let error = text.parse::<Source>().expect_err(text).to_string();
         assert!(
-            error.contains("tty:/dev/ttyUSB0, tcp:HOST:PORT, or the path"),
+            error
+                .contains("tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, or the path"),
             "{error}"
         );
     }

@@ -102,6 +102,25 @@ fn budget(context: &Context<'_>) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
+/// The 90th percentile of a tick that has a record, and what the record costs of it: the mean against one in fifty.
+fn with_records(image: &Image, scenario: &Scenario) -> anyhow::Result<[u64; 2]> {
+    let per_tick = |telemetry_us: u32| {
+        let setup = Setup {
+            telemetry_us,
+            ..Setup::new(image, Host::Reading)
+        };
+        let plant = Loop::new(scenario, closed_loop::fingers()?);
+        let (_, record) = bench::run(&setup, plant, |plant, moment| Ok(plant.step(moment)))?;
+        let mut ticks = record.tick_instructions();
+        ticks.sort_unstable();
+        let p90 = ticks.get(ticks.len() * 9 / 10).copied().unwrap_or(0);
+        anyhow::Ok((p90, ticks.iter().sum::<u64>() / ticks.len().max(1) as u64))
+    };
+    let (p90, often) = per_tick(1_000)?;
+    let (_, seldom) = per_tick(50_000)?;
+    Ok([p90, often.saturating_sub(seldom) * 50 / 49])
+}
+
 fn measure(image: &Image) -> anyhow::Result<BTreeMap<String, u64>> {
     let mut measured = BTreeMap::new();
     let flash = image.sections.iter().map(|section| section.flash).sum();
@@ -136,11 +155,7 @@ fn measure(image: &Image) -> anyhow::Result<BTreeMap<String, u64>> {
     measured.insert("start_us".into(), first.at.0 * TICK_US / MS);
 
     let mut steps: Vec<u64> = record.ticks.iter().map(|tick| tick.step).collect();
-    let mut ticks: Vec<u64> = record
-        .ticks
-        .windows(2)
-        .map(|pair| pair[1].retired - pair[0].retired)
-        .collect();
+    let mut ticks = record.tick_instructions();
     for (name, values) in [("step", &mut steps), ("tick", &mut ticks)] {
         values.sort_unstable();
         let median = values.get(values.len() / 2).copied().unwrap_or(0);
@@ -151,6 +166,9 @@ fn measure(image: &Image) -> anyhow::Result<BTreeMap<String, u64>> {
         measured.insert(format!("{name}_instructions_p90"), without_snapshot);
         measured.insert(format!("{name}_instructions_max"), most);
     }
+    let [tick, record] = with_records(image, &scenario)?;
+    measured.insert("record_instructions".into(), record);
+    measured.insert("record_tick_instructions_p90".into(), tick);
     Ok(measured)
 }
 

@@ -94,11 +94,7 @@ fn cost(context: &Context<'_>, host: Host) -> anyhow::Result<Outcome> {
         let record = idle(&setup, 5_000)?;
         jitter(&record, &mut outcome);
         outcome.at_most("messages malformed", record.malformed as f64, "", 0.0);
-        let mut ticks: Vec<u64> = record
-            .ticks
-            .windows(2)
-            .map(|pair| pair[1].retired - pair[0].retired)
-            .collect();
+        let mut ticks = record.tick_instructions();
         ticks.sort_unstable();
         let mean = ticks.iter().sum::<u64>() as f64 / ticks.len() as f64;
         let p90 = ticks.get(ticks.len() * 9 / 10).copied().unwrap_or(0);

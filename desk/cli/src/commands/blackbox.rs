@@ -1,28 +1,33 @@
 //! `softgrip blackbox`: what a gripper has kept of the last seconds before its first loss or fault.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use ::serve::master::Master;
 use ::serve::readout::{self, Readout};
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
+use report::recent;
+use watch::create::create;
+use watch::recorder::Recorder;
+use watch::told::EventTold;
+use watch::{Observation, Source, Told};
 
 use super::output::outln;
 
 #[derive(Args)]
+#[command(group = clap::ArgGroup::new("gripper").required(true))]
 pub struct BlackboxArgs {
+    /// The gripper: tty:/dev/ttyUSB0 or tcp:HOST:PORT.
+    #[arg(long, value_name = "SOURCE", group = "gripper")]
+    from: Option<Source>,
     /// Serial port of the gripper.
-    #[arg(
-        long,
-        value_name = "PATH",
-        required_unless_present = "tcp",
-        conflicts_with = "tcp"
-    )]
+    #[arg(long, value_name = "PATH", group = "gripper")]
     tty: Option<PathBuf>,
     /// RTU frames over TCP, as `softgrip serve --tcp` has them.
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    #[arg(long, value_name = "ADDRESS:PORT", group = "gripper")]
     tcp: Option<String>,
     /// Baud rate of the serial port.
     #[arg(long, value_name = "N", default_value_t = 115_200)]
@@ -30,19 +35,31 @@ pub struct BlackboxArgs {
     /// The gripper's id on the bus.
     #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u8).range(1..=247))]
     id: u8,
-    /// File for the trace (CSV), which `softgrip replay` takes.
+    /// File for the trace: FILE.csv or FILE.mcap, which `softgrip replay` takes, or a picture, FILE.svg.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Replace a file that is there.
+    #[arg(long)]
+    force: bool,
     /// Clear the black box once it has been read, so that it runs again.
     #[arg(long)]
     clear: bool,
 }
 
 pub fn run(args: &BlackboxArgs) -> anyhow::Result<ExitCode> {
-    let mut master = match (&args.tty, &args.tcp) {
-        (Some(path), _) => Master::open(path, args.baud, args.id)?,
-        (None, Some(address)) => Master::connect(address, args.id)?,
-        (None, None) => anyhow::bail!("say where the gripper is: --tty or --tcp"),
+    if let Some(path) = &args.out {
+        kind_of(path)?;
+    }
+    let mut master = match (&args.from, &args.tty, &args.tcp) {
+        (Some(Source::Tty(path)), ..) | (_, Some(path), _) => {
+            Master::open(path, args.baud, args.id)?
+        }
+        (Some(Source::Tcp(address)), ..) | (.., Some(address)) => {
+            Master::connect(address, args.id)?
+        }
+        _ => bail!(
+            "--from: a black box is read over the bus: must be tty:/dev/ttyUSB0 or tcp:HOST:PORT"
+        ),
     };
     let Some(readout) = readout::read(&mut master)? else {
         outln!("the black box runs: no loss and no fault since it was cleared");
@@ -63,8 +80,7 @@ pub fn run(args: &BlackboxArgs) -> anyhow::Result<ExitCode> {
         outln!("{} ticks up to it", readout.rows.len());
     }
     if let Some(path) = &args.out {
-        std::fs::write(path, csv(&readout))
-            .with_context(|| format!("{}: cannot write", path.display()))?;
+        write(path, &readout, args.force)?;
         outln!("trace: {}", path.display());
     }
     if args.clear {
@@ -72,6 +88,75 @@ pub fn run(args: &BlackboxArgs) -> anyhow::Result<ExitCode> {
         outln!("cleared: it runs again");
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What a file is to be.
+enum Kind {
+    Csv,
+    Mcap,
+    Svg,
+}
+
+/// By the end of its name.
+fn kind_of(path: &Path) -> anyhow::Result<Kind> {
+    match path.extension().and_then(|end| end.to_str()) {
+        Some("csv") => Ok(Kind::Csv),
+        Some("mcap") => Ok(Kind::Mcap),
+        Some("svg") => Ok(Kind::Svg),
+        _ => bail!("{}: must end with .csv, .mcap or .svg", path.display()),
+    }
+}
+
+fn write(path: &Path, readout: &Readout, may_replace: bool) -> anyhow::Result<()> {
+    let put = |text: &str| {
+        let written = create(path, may_replace)?.write_all(text.as_bytes());
+        written.with_context(|| format!("{}: cannot be written", path.display()))
+    };
+    match kind_of(path)? {
+        Kind::Csv => put(&csv(readout)),
+        Kind::Svg => put(&svg(readout)?),
+        Kind::Mcap => {
+            let mut recorder = Recorder::new(path, may_replace)?;
+            for told in told(readout) {
+                recorder.add(&told)?;
+            }
+            recorder.finish()
+        }
+    }
+}
+
+/// As a picture.
+fn svg(readout: &Readout) -> anyhow::Result<String> {
+    let ticks = readout.rows.iter().map(|row| recent::Tick {
+        t_s: row.t_s,
+        strain_ue: row.strain_ue.map(f64::from),
+        pressure_kpa: row.pressure_kpa.into(),
+        commanded_kpa: row.commanded_kpa.into(),
+    });
+    let ticks: Vec<_> = ticks.collect();
+    recent::svg(&readout.what, &ticks, readout.came_s)
+}
+
+/// As what is told of a gripper.
+fn told(readout: &Readout) -> Vec<Told> {
+    let rows = readout.rows.iter().map(|row| {
+        Told::Observation(Box::new(Observation {
+            t_s: Some(row.t_s),
+            strain_ue: row.strain_ue.map(Some),
+            pressure_kpa: Some(row.pressure_kpa),
+            // What was asked for is not kept; the regulator was told nearly that.
+            setpoint_kpa: Some(row.commanded_kpa),
+            commanded_kpa: Some(row.commanded_kpa),
+            ..Observation::default()
+        }))
+    });
+    let end_s = readout.rows.last().map_or(0.0, |row| row.t_s);
+    let what = Told::Event(EventTold {
+        t_s: readout.came_s.unwrap_or(end_s),
+        name: "black_box".into(),
+        text: readout.what.clone(),
+    });
+    rows.chain([what]).collect()
 }
 
 /// As a trace.

@@ -10,16 +10,17 @@ use ::serve::stop_on_signals;
 use anyhow::{Context, bail};
 use clap::Args;
 use watch::mcap_file;
-use watch::recorder::{self, Format, Recorder};
+use watch::recorder::{Format, Recorder};
 use watch::{Source, Told};
 
-use super::output::{self, outln};
+use super::output::outln;
 use super::source::SourceArgs;
 use super::within;
 
 #[derive(Args)]
 pub struct RecordArgs {
-    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, or the path of a recording, which is converted.
+    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:- or defmt:HOST:PORT (with --elf), or the path
+    /// of a recording, which is converted.
     #[arg(long, value_name = "SOURCE", required_unless_present = "recover")]
     from: Option<Source>,
     /// The recording, FILE.mcap or FILE.csv.
@@ -75,8 +76,7 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn recover(args: &RecordArgs, broken: &Path) -> anyhow::Result<ExitCode> {
-    let file = recorder::create(&args.out, args.force)?;
-    let read = mcap_file::recover(broken, file)?;
+    let read = mcap_file::recover(broken, &args.out, args.force)?;
     let missing = read.missing.unwrap_or("nothing is missing".into());
     outln!(
         "{} messages of {} are in {}; {missing}",
@@ -132,7 +132,7 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
                 count.events += 1;
                 outln!("{:9.3} s  {}", event.t_s, event.text);
             }
-            Told::Note(text) => output::note(format_args!("{text}")),
+            Told::Note(text) => outln!("{text}"),
             Told::Failed(why) => failed = Some(why),
             Told::Ended(_) | Told::Provenance(_) | Told::Settings(_) => {}
         }

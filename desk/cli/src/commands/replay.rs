@@ -67,6 +67,7 @@ const SLOW_S: f64 = 0.0105;
 const SLOW_FOLLOWING_MS: f32 = 400.0;
 
 pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
+    let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
     let began = Instant::now();
     let is_recording = args.trace.extension().is_some_and(|end| end == "mcap");
     anyhow::ensure!(
@@ -75,9 +76,10 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         args.trace.display()
     );
     let (outcome, is_recorded) = match is_recording {
-        true => of_recording(args)?,
-        false => (of_trace(args, trace::read(&args.trace)?)?, false),
+        true => of_recording(args, table)?,
+        false => (of_trace(args, table, trace::read(&args.trace)?)?, false),
     };
+    let took_s = began.elapsed().as_secs_f64();
     for event in &outcome.events {
         if args.json {
             outln!("{}", json::event(event));
@@ -92,7 +94,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         tell_gaps(args, &outcome);
     }
     if !args.json {
-        let (length_s, took_s) = (outcome.length_s, began.elapsed().as_secs_f64());
+        let length_s = outcome.length_s;
         outln!(
             "{length_s:.3} s in {took_s:.3} s: {:.0} times real time",
             length_s / took_s
@@ -111,14 +113,14 @@ pub fn trace_events(path: &Path) -> anyhow::Result<Vec<TimedEvent>> {
         from_hardware_frames: false,
         json: false,
     };
-    Ok(of_trace(&args, trace::read(path)?)?.events)
+    let table = run::table_of(&load_recipe(None)?)?;
+    Ok(of_trace(&args, table, trace::read(path)?)?.events)
 }
 
 /// What the controller makes of a recording: of its ticks, where it has them, else of its snapshots.
-fn of_recording(args: &ReplayArgs) -> anyhow::Result<(Outcome, bool)> {
+fn of_recording(args: &ReplayArgs, table: &'static FingerTable) -> anyhow::Result<(Outcome, bool)> {
     let path = &args.trace;
     let name = || path.display().to_string();
-    let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
     let mut rerun = Rerun::new(table, args.controls.stated(table)?);
     let mut rows = String::from("t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa\n");
     recording::read(path, &mut |told| {
@@ -146,7 +148,7 @@ fn of_recording(args: &ReplayArgs) -> anyhow::Result<(Outcome, bool)> {
             name()
         )
     })?;
-    Ok((of_trace(args, trace)?, false))
+    Ok((of_trace(args, table, trace)?, false))
 }
 
 /// Adds a snapshot as the row of a trace.
@@ -159,8 +161,11 @@ fn add_row(rows: &mut String, seen: &Observation) {
 }
 
 /// What the controller makes of a trace.
-fn of_trace(args: &ReplayArgs, trace: Trace) -> anyhow::Result<Outcome> {
-    let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
+fn of_trace(
+    args: &ReplayArgs,
+    table: &'static FingerTable,
+    trace: Trace,
+) -> anyhow::Result<Outcome> {
     let mut settings = settings(args, &trace, table)?;
     let file = args.trace.display();
     let odd = trace::check(&trace, table, &settings).with_context(|| format!("{file}"))?;

@@ -90,6 +90,9 @@ pub struct SourceArgs {
     /// The gripper's id on the bus.
     #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u8).range(1..=247))]
     id: u8,
+    /// The ELF file of the image that runs, for a debugger's stream (defmt:-, defmt:HOST:PORT).
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
     #[command(flatten)]
     gripper: VirtualArgs,
 }
@@ -114,6 +117,7 @@ impl SourceArgs {
             in_real_time,
             baud: self.baud,
             id: self.id,
+            elf: self.elf.clone(),
             gripper: self.gripper()?,
         };
         open(source, &options)

@@ -59,6 +59,7 @@ impl Served {
             rate_hz: 50.0,
             with_ticks: false,
             in_real_time: true,
+            elf: None,
             baud: 115_200,
             id: 9,
             gripper: Virtual {

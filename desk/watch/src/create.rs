@@ -1,0 +1,27 @@
+//! Files that are made, and take the place of none without being told to.
+
+use std::fs::{File, OpenOptions};
+use std::io::ErrorKind;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+
+/// Makes a file, and takes the place of one that is there only where that is allowed.
+///
+/// # Errors
+/// If there is one, or it cannot be made.
+pub fn create(path: &Path, may_replace: bool) -> anyhow::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true);
+    match may_replace {
+        true => options.create(true).truncate(true),
+        false => options.create_new(true),
+    };
+    match options.open(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!(
+            "{}: is there already: choose another name, or replace it with --force",
+            path.display()
+        ),
+        made => made.with_context(|| format!("{}: cannot be written", path.display())),
+    }
+}
