@@ -41,6 +41,9 @@ enum Action {
     /// Simulated gripper and controller run in real time behind a pseudo-terminal or a TCP port until Ctrl-C.
     #[cfg(unix)]
     Serve(commands::serve::ServeArgs),
+    /// Shows a gripper on a page in the browser, which commands it, too.
+    #[cfg(unix)]
+    Panel(commands::panel::PanelArgs),
     /// Reads what a gripper has kept of the seconds before its first loss or fault.
     #[cfg(unix)]
     Blackbox(commands::blackbox::BlackboxArgs),
@@ -82,6 +85,8 @@ fn main() -> ExitCode {
         Action::Sweep(args) => commands::sweep::run(&args),
         #[cfg(unix)]
         Action::Serve(args) => commands::serve::run(&args),
+        #[cfg(unix)]
+        Action::Panel(args) => commands::panel::run(&args),
         #[cfg(unix)]
         Action::Blackbox(args) => commands::blackbox::run(&args),
         #[cfg(unix)]

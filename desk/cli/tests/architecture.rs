@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 15] = [
+const INTERNAL: [(&str, &[&str]); 16] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &["softgrip-table"]),
     ("finger", &["softgrip-table"]),
@@ -24,6 +24,10 @@ const INTERNAL: [(&str, &[&str]); 15] = [
         "softgrip-watch",
         &["bus", "decode", "serve", "settings", "sim", "softgrip"],
     ),
+    (
+        "softgrip-panel",
+        &["finger", "serve", "settings", "sim", "softgrip", "watch"],
+    ),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
         "softgrip-evaluate",
@@ -33,7 +37,7 @@ const INTERNAL: [(&str, &[&str]); 15] = [
     (
         "softgrip-cli",
         &[
-            "bus", "evaluate", "finger", "report", "serve", "settings", "sim", "softgrip",
+            "bus", "evaluate", "finger", "panel", "report", "serve", "settings", "sim", "softgrip",
             "studies", "watch",
         ],
     ),
@@ -51,8 +55,8 @@ const INTERNAL: [(&str, &[&str]); 15] = [
 ];
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
-/// pages, threads, physics.
-const RESERVED: [(&str, &[&str]); 10] = [
+/// pages, threads, sockets of pages, physics.
+const RESERVED: [(&str, &[&str]); 11] = [
     ("clap", &["softgrip-cli", "softgrip-hil"]),
     ("indicatif", &["softgrip-cli"]),
     (
@@ -61,6 +65,7 @@ const RESERVED: [(&str, &[&str]); 10] = [
             "softgrip-cli",
             "softgrip-evaluate",
             "softgrip-hil",
+            "softgrip-panel",
             "softgrip-report",
             "softgrip-studies",
         ],
@@ -77,6 +82,7 @@ const RESERVED: [(&str, &[&str]); 10] = [
         "rayon",
         &["softgrip-cli", "softgrip-evaluate", "softgrip-studies"],
     ),
+    ("tungstenite", &["softgrip-panel"]),
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
     ("mcap", &["softgrip-watch"]),

@@ -10,6 +10,8 @@ pub mod fit;
 pub mod gauge;
 pub mod output;
 #[cfg(unix)]
+pub mod panel;
+#[cfg(unix)]
 pub mod record;
 pub mod registers;
 pub mod replay;

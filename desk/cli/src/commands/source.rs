@@ -98,6 +98,11 @@ pub struct SourceArgs {
 }
 
 impl SourceArgs {
+    /// The gripper if it is the virtual one; its fingers, whichever it is.
+    pub fn gripper(&self) -> anyhow::Result<Virtual> {
+        self.gripper.gripper()
+    }
+
     /// Opens a source.
     pub fn open(
         &self,
@@ -113,7 +118,7 @@ impl SourceArgs {
             baud: self.baud,
             id: self.id,
             elf: self.elf.clone(),
-            gripper: self.gripper.gripper()?,
+            gripper: self.gripper()?,
         };
         open(source, &options)
     }
