@@ -17,8 +17,8 @@ mod registers;
 pub use link::{Fate, Link, Record, Status, Wishes};
 pub use numbers::{DETAILS, REFUSALS, of_cause};
 pub use registers::{
-    Access, BLACK_BOX_FROM, FOURTH, FOURTH_FROM, Item, MAP_VERSION, REGISTERS, Register,
-    SETTINGS_FROM, Shape,
+    Access, BLACK_BOX_FROM, FINGERS_IN_A_ROW, FOURTH, FOURTH_FROM, Item, MAP_VERSION, REGISTERS,
+    Register, SETTINGS_FROM, Shape, address,
 };
 
 use compatible::{Compatible, Fingers};

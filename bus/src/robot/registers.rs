@@ -355,6 +355,18 @@ impl Half {
     }
 }
 
+/// The address of a register of an item's row: of that of a finger, in a row of fingers.
+pub fn address(item: Item, offset: u16) -> Option<u16> {
+    let is_fourth = FOURTH.contains(&item) && offset >= FINGERS_IN_A_ROW;
+    let mut fourth = (FOURTH_FROM..).zip(FOURTH);
+    if is_fourth {
+        let found = fourth.find(|(_, other)| *other == item);
+        return found.map(|(address, _)| address);
+    }
+    let row = REGISTERS.iter().find(|row| row.item == item)?;
+    Some(row.address + offset)
+}
+
 /// What lies at an address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum At {

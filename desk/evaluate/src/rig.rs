@@ -110,8 +110,13 @@ pub fn spread([x, y]: [f64; 2]) -> [f64; FINGERS] {
 }
 
 /// Outward directions of the fingers across, x and y.
-pub const fn directions() -> [[f64; 2]; FINGERS] {
+pub fn directions() -> [[f64; 2]; FINGERS] {
     // √3 / 2.
     const SIN_60: f64 = 0.866_025_403_784_438_6;
-    [[1.0, 0.0], [-0.5, SIN_60], [-0.5, -SIN_60]]
+    let all: &[[f64; 2]] = match FINGERS {
+        2 => &[[1.0, 0.0], [-1.0, 0.0]],
+        3 => &[[1.0, 0.0], [-0.5, SIN_60], [-0.5, -SIN_60]],
+        _ => &[[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]],
+    };
+    std::array::from_fn(|finger| all[finger])
 }

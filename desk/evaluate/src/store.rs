@@ -5,13 +5,14 @@ use std::path::Path;
 use anyhow::Context;
 use report::files;
 use sha2::{Digest, Sha256};
+use softgrip::FINGERS;
 use softgrip::settings::Settings;
 
 use crate::case::Case;
 use crate::record::{Recording, Tick};
 
 /// Values that are stored for each tick: the fields of `Tick`.
-const NUMBERS: usize = 8;
+const NUMBERS: usize = FINGERS + 5;
 
 /// Sources of simulator, finger and controller without its detector, and the versions of the engine and of all
 /// else that they are built on (`build.rs`).
@@ -59,18 +60,15 @@ fn bytes(recording: &Recording) -> Vec<u8> {
     let head = [recording.grip, recording.lift, release];
     let head = head.iter().flat_map(|&n| (n as u64).to_le_bytes());
     let ticks = recording.ticks.iter().flat_map(|tick| {
-        let [a, b, c] = tick.strain_ue;
-        let numbers: [f32; NUMBERS] = [
-            a,
-            b,
-            c,
+        let others = [
             tick.pressure_kpa,
             tick.residual_ue,
             tick.contact_n,
             tick.moved_mm,
             tick.slid_mm,
         ];
-        numbers.into_iter().flat_map(f32::to_le_bytes)
+        let numbers = tick.strain_ue.into_iter().chain(others);
+        numbers.flat_map(f32::to_le_bytes)
     });
     head.chain(ticks).collect()
 }
@@ -87,16 +85,14 @@ fn parse(bytes: &[u8]) -> Option<Recording> {
             .iter()
             .map(
                 |&[
-                    a,
-                    b,
-                    c,
+                    ref strain_ue @ ..,
                     pressure_kpa,
                     residual_ue,
                     contact_n,
                     moved_mm,
                     slid_mm,
                 ]| Tick {
-                    strain_ue: [a, b, c],
+                    strain_ue: *strain_ue,
                     pressure_kpa,
                     residual_ue,
                     contact_n,

@@ -181,9 +181,11 @@ impl Teller {
             self.shown = Some((Instant::now(), shown));
             hub.put_frame(|n| {
                 let view = self.view(n, seen);
-                let [a, b, c] = view.residual_ue;
+                let mut sample = vec![json!(view.t_s)];
+                sample.extend(view.residual_ue.iter().map(|ue| json!(ue)));
+                sample.extend([json!(view.kpa), json!(view.set_kpa)]);
                 Frame {
-                    sample: json!([view.t_s, a, b, c, view.kpa, view.set_kpa]).to_string(),
+                    sample: Value::Array(sample).to_string(),
                     text: json!(view).to_string(),
                     is_urgent: is_new,
                 }
@@ -249,14 +251,15 @@ impl Teller {
 
     /// What is held, as large as there is room for between the fingers.
     fn object(&self, seen: &Observation, links: &[Option<[f32; LINKS]>; FINGERS]) -> Option<Value> {
-        let [Some(first), Some(second), Some(third)] = *links else {
-            return None;
-        };
+        let mut all = [[0.0; LINKS]; FINGERS];
+        for (place, finger) in all.iter_mut().zip(links) {
+            *place = (*finger)?;
+        }
         let is_there = seen.holding == Some(true) && seen.lost != Some(true);
         let Ball {
             radius_mm,
             depth_mm,
-        } = self.hand.ball(&[first, second, third]);
+        } = self.hand.ball(&all);
         is_there.then(|| json!({ "radius_mm": rounded(radius_mm, 10.0), "depth_mm": depth_mm }))
     }
 }

@@ -7,6 +7,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use sim::arm::Phase;
 use sim::run::{Run, Sample};
+use softgrip::FINGERS;
 use softgrip::telemetry::Event;
 
 use crate::style::{ALARM, FAINT, INK, PALETTE, QUIET};
@@ -57,7 +58,7 @@ fn column(area: &DrawingArea<SVGBackend, Shift>, run: &Run) -> Result<(), Error>
     let (top, rest) = area.split_vertically(360);
     let (middle, bottom) = rest.split_vertically(170);
 
-    let fingers = (0..3).map(|i| Line {
+    let fingers = (0..FINGERS).map(|i| Line {
         name: format!("finger {}", i + 1),
         color: PALETTE[i],
         value: Box::new(move |s: &Sample| {

@@ -1,6 +1,7 @@
 //! Picture of what a black box has kept: strains and pressure of the last seconds.
 
 use plotters::chart::SeriesLabelPosition;
+use softgrip::FINGERS;
 
 use crate::charts::{Look, Panel, Series, color, draw, standalone};
 use crate::style::QUIET;
@@ -11,7 +12,7 @@ pub struct Tick {
     /// Time from the first tick that is kept, s.
     pub t_s: f64,
     /// Strain of each gauge, µε.
-    pub strain_ue: [f64; 3],
+    pub strain_ue: [f64; FINGERS],
     /// Measured pressure, kPa.
     pub pressure_kpa: f64,
     /// What the regulator was told, kPa.
@@ -53,7 +54,7 @@ pub fn svg(title: &str, ticks: &[Tick], came_s: Option<f64>) -> anyhow::Result<S
             legend: Some(SeriesLabelPosition::MiddleLeft),
         }
     };
-    let strains = (0..3).map(|finger| {
+    let strains = (0..FINGERS).map(|finger| {
         let strain = move |tick: &Tick| 1e-3 * tick.strain_ue[finger];
         line(format!("finger {}", finger + 1), color(finger), &strain)
     });

@@ -75,9 +75,11 @@ pub fn read(master: &mut Master) -> anyhow::Result<Option<Readout>> {
             .iter()
             .enumerate()
             .map(|(row, (_, codes))| {
-                let [a, b, c, monitor, command] = *codes;
+                let (gauges, rest) = codes.split_at(FINGERS);
+                let gauges: [u16; FINGERS] = std::array::from_fn(|finger| gauges[finger]);
+                let (monitor, command) = (rest[0], rest[1]);
                 // Converter codes are aligned to 16 bits.
-                let strains = front_end.strains(&[a, b, c].map(|code| AdcCode(code << 4)));
+                let strains = front_end.strains(&gauges.map(|code| AdcCode(code << 4)));
                 let tares = strains.iter().zip(settings.gauge.tare_ue);
                 let mut strain_ue = [0.0; FINGERS];
                 for (place, (strain, tare_ue)) in strain_ue.iter_mut().zip(tares) {

@@ -1,6 +1,7 @@
 //! Parameters of the simulated gripper, from `gripper.toml`.
 
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 use softgrip::FINGERS;
 use softgrip::frontend::{self, FrontEnd};
 
@@ -21,13 +22,24 @@ pub struct Gripper {
     pub front_end: frontend::Settings,
 }
 
+/// A value for each finger. Three times one, as gripper.toml has it, stands for any number of fingers.
+fn one_each<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; FINGERS], D::Error> {
+    let values = Vec::<f64>::deserialize(source)?;
+    if values == [1.0; 3] {
+        return Ok([1.0; FINGERS]);
+    }
+    <[f64; FINGERS]>::try_from(values.as_slice())
+        .map_err(|_| D::Error::invalid_length(values.len(), &"one value for each finger"))
+}
+
 /// Position, silicone and friction of the fingers (`[hand]`).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "gripper.toml documents each field")]
 pub struct FingerParameters {
     pub first_finger_deg: f64,
-    pub finger_stiffness: [f64; 3],
+    #[serde(deserialize_with = "one_each")]
+    pub finger_stiffness: [f64; FINGERS],
     pub damping_ms: f64,
     pub inflation_lag_ms: f64,
     pub deflation_lag_ms: f64,

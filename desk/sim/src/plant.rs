@@ -396,11 +396,14 @@ impl Plant {
             carried: false,
         };
         if self.broken(FaultKind::AdcOverrun) {
-            let [first, second, third] = frame.gauges;
+            // Everything is in the place before its own.
+            let mut gauges = frame.gauges;
+            gauges.rotate_left(1);
+            let supply = std::mem::replace(&mut gauges[FINGERS - 1], frame.monitor);
             return RawFrame {
-                gauges: [second, third, frame.monitor],
+                gauges,
                 monitor: frame.supply,
-                supply: first,
+                supply,
                 overrun: true,
                 ..frame
             };

@@ -300,8 +300,8 @@ impl Run {
             .iter()
             .position(|s| s.truth.arm.phase == Phase::Release);
         release.is_some_and(|n| {
-            let [first, second, third] = self.samples[n].truth.contact_n;
-            first + second + third > 0.0
+            let contact_n: f64 = self.samples[n].truth.contact_n.iter().sum();
+            contact_n > 0.0
         })
     }
 

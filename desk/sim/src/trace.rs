@@ -10,6 +10,8 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 
+use softgrip::FINGERS;
+
 use crate::csv_dialect::{self, Quantity, Table, Wanted};
 use crate::run::Run;
 
@@ -19,14 +21,24 @@ pub use plausible::check;
 pub use rows::{Row, Trace};
 
 /// The columns that a trace must have; others are ignored.
-pub const COLUMNS: [&str; 6] = [
-    "t_s",
-    "strain1_ue",
-    "strain2_ue",
-    "strain3_ue",
-    "pressure_kpa",
-    "setpoint_kpa",
-];
+pub const COLUMNS: [&str; FINGERS + 3] = columns();
+
+const fn columns() -> [&'static str; FINGERS + 3] {
+    let strains = ["strain1_ue", "strain2_ue", "strain3_ue", "strain4_ue"];
+    let mut columns = ["t_s"; FINGERS + 3];
+    let mut finger = 0;
+    while finger < FINGERS {
+        columns[1 + finger] = strains[finger];
+        finger += 1;
+    }
+    columns[PRESSURE] = "pressure_kpa";
+    columns[SETPOINT] = "setpoint_kpa";
+    columns
+}
+
+/// Places in them.
+const PRESSURE: usize = FINGERS + 1;
+const SETPOINT: usize = FINGERS + 2;
 
 /// Reads and checks a trace.
 ///
@@ -42,17 +54,13 @@ pub fn read(path: &Path) -> anyhow::Result<Trace> {
 /// # Errors
 /// If a column, line or rate cannot be right; the message names it.
 pub fn parse(bytes: &[u8]) -> anyhow::Result<Trace> {
-    let quantities = [
-        Quantity::Time,
-        Quantity::Strain,
-        Quantity::Strain,
-        Quantity::Strain,
-        Quantity::Pressure,
-        Quantity::Pressure,
-    ];
     let wanted: [Wanted; COLUMNS.len()] = std::array::from_fn(|i| Wanted {
         name: COLUMNS[i],
-        quantity: quantities[i],
+        quantity: match i {
+            0 => Quantity::Time,
+            PRESSURE | SETPOINT => Quantity::Pressure,
+            _ => Quantity::Strain,
+        },
         required: true,
     });
     let mut table = csv_dialect::parse(bytes, &wanted)?;
@@ -115,7 +123,7 @@ fn fill(table: &Table, times: &[f64], notes: &mut Vec<String>) -> anyhow::Result
             let low = low.with_context(|| format!("{name}: every cell is empty"))?;
             let high = end.and_then(cell).unwrap_or(low);
             let is_long = times[to] - times[from] > GAP_S;
-            let (is_gauge, is_setpoint) = ((1..=3).contains(&i), i == 5);
+            let (is_gauge, is_setpoint) = ((1..=FINGERS).contains(&i), i == SETPOINT);
             let line = table.rows[at].line;
             ensure!(
                 !is_long || is_gauge || is_setpoint,
@@ -138,14 +146,13 @@ fn fill(table: &Table, times: &[f64], notes: &mut Vec<String>) -> anyhow::Result
             }));
         }
     }
-    let [t_s, a, b, c, pressure_kpa, setpoint_kpa] = columns;
     let row = |i: usize| Row {
-        t_s: t_s[i],
-        strain_ue: [a[i], b[i], c[i]],
-        pressure_kpa: pressure_kpa[i],
-        setpoint_kpa: setpoint_kpa[i],
-        measured: (1..=3).all(|gauge| {
-            let is_open = [&a, &b, &c][gauge - 1][i].is_infinite();
+        t_s: columns[0][i],
+        strain_ue: std::array::from_fn(|finger| columns[1 + finger][i]),
+        pressure_kpa: columns[PRESSURE][i],
+        setpoint_kpa: columns[SETPOINT][i],
+        measured: (1..=FINGERS).all(|gauge| {
+            let is_open = columns[gauge][i].is_infinite();
             is_open || table.rows[i].cells[gauge].is_some()
         }),
     };
@@ -160,14 +167,14 @@ fn fill(table: &Table, times: &[f64], notes: &mut Vec<String>) -> anyhow::Result
 pub fn of_runs(runs: &[Run]) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut header = COLUMNS.to_vec();
-    header.extend([
+    let residuals = [
         "residual1_ue",
         "residual2_ue",
         "residual3_ue",
-        "true_residual_sum_ue",
-        "object_z_mm",
-        "phase",
-    ]);
+        "residual4_ue",
+    ];
+    header.extend(&residuals[..FINGERS]);
+    header.extend(["true_residual_sum_ue", "object_z_mm", "phase"]);
     writer.write_record(&header)?;
     let mut start_s = 0.0;
     for run in runs {

@@ -7,7 +7,7 @@ use softgrip::table::ObjectKind;
 use softgrip::units::{
     AdcCode, DacCode, Degrees, Instant, Kilograms, Kilopascals, MetresPerSecondSquared, Millivolts,
 };
-use softgrip::{RawFrame, TICK_US};
+use softgrip::{FINGERS, RawFrame, TICK_US};
 
 use crate::protobuf::{self, Value, Writer};
 use crate::tick::Tick;
@@ -28,12 +28,12 @@ pub fn encode(ticks: &[Tick]) -> Writer {
         later_us.clamp(i32::MIN.into(), i32::MAX.into()) as i32
     };
     message.signed(3, ticks.windows(2).map(later));
-    for (field, column) in (4..).zip(COLUMNS) {
+    for (column, field) in COLUMNS.into_iter().enumerate() {
         let mut before = 0;
         message.signed(
             field,
             ticks.iter().map(|tick| {
-                let value = i32::from(column(tick));
+                let value = i32::from(code_of(tick, column));
                 value - std::mem::replace(&mut before, value)
             }),
         );
@@ -59,17 +59,39 @@ pub fn encode(ticks: &[Tick]) -> Writer {
     message
 }
 
-/// The codes of a tick, in the order of their fields.
-const COLUMNS: [fn(&Tick) -> u16; 8] = [
-    |tick| tick.frame.gauges[0].0,
-    |tick| tick.frame.gauges[1].0,
-    |tick| tick.frame.gauges[2].0,
-    |tick| tick.frame.monitor.0,
-    |tick| tick.frame.supply.0,
-    |tick| tick.frame.rail.0,
-    |tick| tick.frame.scans,
-    |tick| tick.dac.0,
-];
+/// Numbers of the fields of the gauges' codes, as many as a gripper may have, and of the other codes.
+const GAUGES: [u32; 4] = [4, 5, 6, 15];
+const OTHERS: [u32; 5] = [7, 8, 9, 10, 11];
+/// Codes of a tick.
+const CODES: usize = FINGERS + OTHERS.len();
+/// The fields of a tick's codes: gauges, monitor, supply, rail, scans, converter.
+const COLUMNS: [u32; CODES] = columns();
+
+const fn columns() -> [u32; CODES] {
+    let mut columns = [0; CODES];
+    let mut column = 0;
+    while column < CODES {
+        columns[column] = match column < FINGERS {
+            true => GAUGES[column],
+            false => OTHERS[column - FINGERS],
+        };
+        column += 1;
+    }
+    columns
+}
+
+/// One of the codes of a tick.
+fn code_of(tick: &Tick, column: usize) -> u16 {
+    let frame = &tick.frame;
+    match column.checked_sub(FINGERS) {
+        None => frame.gauges[column].0,
+        Some(0) => frame.monitor.0,
+        Some(1) => frame.supply.0,
+        Some(2) => frame.rail.0,
+        Some(3) => frame.scans,
+        Some(_) => tick.dac.0,
+    }
+}
 
 /// The ticks of a message.
 ///
@@ -78,18 +100,21 @@ const COLUMNS: [fn(&Tick) -> u16; 8] = [
 pub fn decode(message: &[u8]) -> anyhow::Result<Vec<Tick>> {
     let (mut number, mut t_us) = (0, 0);
     let mut later_us = Vec::new();
-    let mut columns: [Vec<u16>; COLUMNS.len()] = Default::default();
+    let mut columns = [const { Vec::new() }; CODES];
     let (mut overrun, mut carried, mut commands) = (Vec::new(), Vec::new(), Vec::new());
     for (field, value) in protobuf::fields(message)? {
         match field {
             1 => number = u32::try_from(value.whole()?)?,
             2 => t_us = value.whole()?,
             3 => later_us = value.signed()?,
-            4..12 => columns[field as usize - 4] = column(value)?,
             12 => overrun = value.unsigned()?,
             13 => carried = value.unsigned()?,
             14 => commands.push(command(value)?),
-            _ => {}
+            _ => {
+                if let Some(place) = COLUMNS.iter().position(|column| *column == field) {
+                    columns[place] = column(value)?;
+                }
+            }
         }
     }
     let count = columns[0].len();
@@ -108,16 +133,16 @@ pub fn decode(message: &[u8]) -> anyhow::Result<Vec<Tick>> {
             number: number.wrapping_add(place),
             now: Instant::from_micros(t_us),
             frame: RawFrame {
-                gauges: [0, 1, 2].map(|gauge| AdcCode(code(gauge))),
-                monitor: AdcCode(code(3)),
-                supply: AdcCode(code(4)),
-                rail: Millivolts(code(5)),
-                scans: code(6),
+                gauges: std::array::from_fn(|gauge| AdcCode(code(gauge))),
+                monitor: AdcCode(code(FINGERS)),
+                supply: AdcCode(code(FINGERS + 1)),
+                rail: Millivolts(code(FINGERS + 2)),
+                scans: code(FINGERS + 3),
                 overrun: overrun.contains(&place),
                 carried: carried.contains(&place),
             },
             command: Command::Continue,
-            dac: DacCode(code(7)),
+            dac: DacCode(code(FINGERS + 4)),
         });
     }
     for (at, command) in commands {

@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 
 use anyhow::bail;
-use bus::robot::{DETAILS, Item, REFUSALS, REGISTERS, SETTINGS_FROM, Shape};
+use bus::robot::{
+    DETAILS, FINGERS_IN_A_ROW, FOURTH, FOURTH_FROM, Item, REFUSALS, REGISTERS, SETTINGS_FROM, Shape,
+};
 use serve::master::{Master, Refused};
 use serve::readout::register;
 use settings::{FIELDS as SETTINGS, Values};
+use softgrip::FINGERS;
 use softgrip::fault::RULES;
 use softgrip::table::ObjectKind;
 
@@ -42,12 +45,16 @@ impl Look {
             let read = master.read(first.address, end - first.address)?;
             words.extend((first.address..end).zip(read));
         }
+        if FINGERS > usize::from(FINGERS_IN_A_ROW) {
+            let read = master.read(FOURTH_FROM, FOURTH.len() as u16)?;
+            words.extend((FOURTH_FROM..).zip(read));
+        }
         Ok(Self(words))
     }
 
     /// The number in a register of an item's row; none where it is not known.
     fn number(&self, item: Item, offset: u16) -> Option<f64> {
-        let address = register(item).ok()? + offset;
+        let address = bus::robot::address(item, offset)?;
         let word = *self.0.get(&address)?;
         match item.shape() {
             Shape::Unsigned | Shape::Fingers => Some(word.into()),

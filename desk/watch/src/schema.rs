@@ -66,7 +66,7 @@ pub const SETTING: [Field; 3] = [
 
 /// `Frames`: some ticks that follow one another. Of each column the first value is the one of the first tick, and each
 /// further one how much more it is than in the tick before.
-pub const FRAMES: [Field; 14] = [
+pub const FRAMES: [Field; 15] = [
     (1, "number", Type::Whole),
     (2, "t_us", Type::Long),
     (3, "later_us", Type::Signed),
@@ -81,6 +81,7 @@ pub const FRAMES: [Field; 14] = [
     (12, "overrun_at", Type::Unsigned),
     (13, "carried_at", Type::Unsigned),
     (14, "commands", Type::Messages("Command")),
+    (15, "gauge4", Type::Signed),
 ];
 
 /// `Command`: given in the tick at this place among those of its message, from 0. Every other one has none.

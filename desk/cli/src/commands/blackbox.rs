@@ -10,6 +10,7 @@ use ::serve::readout::{self, Readout};
 use anyhow::{Context, bail};
 use clap::Args;
 use report::recent;
+use sim::trace::COLUMNS;
 use watch::create::create;
 use watch::recorder::Recorder;
 use watch::told::EventTold;
@@ -161,15 +162,12 @@ fn told(readout: &Readout) -> Vec<Told> {
 
 /// As a trace.
 fn csv(readout: &Readout) -> String {
-    let mut text = String::from("t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa\n");
+    let mut text = COLUMNS.join(",") + "\n";
     for row in &readout.rows {
-        let [a, b, c] = row.strain_ue;
+        let strains: String = row.strain_ue.iter().map(|ue| format!("{ue:.1},")).collect();
         let (t_s, pressure, command) = (row.t_s, row.pressure_kpa, row.commanded_kpa);
-        writeln!(
-            text,
-            "{t_s:.3},{a:.1},{b:.1},{c:.1},{pressure:.3},{command:.3}"
-        )
-        .expect("a string takes anything");
+        writeln!(text, "{t_s:.3},{strains}{pressure:.3},{command:.3}")
+            .expect("a string takes anything");
     }
     text
 }

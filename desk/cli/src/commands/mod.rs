@@ -32,7 +32,7 @@ use std::process::ExitCode;
 
 use ::sim::scenario::ObjectKind;
 use ::sim::setup::Setup;
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use finger::recipe::{self, Recipe};
@@ -40,6 +40,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use report::files;
 use report::parts::Parts;
 use report::provenance::Build;
+use softgrip::FINGERS;
 use softgrip::table::FingerTable;
 
 /// The options `--out` and `--json` that commands share.
@@ -156,14 +157,19 @@ fn incomplete(dir: &Path, parts: &Parts) -> anyhow::Result<Option<ExitCode>> {
 
 /// The finger of a file, or the one that everything is about.
 fn load_recipe(path: Option<&Path>) -> anyhow::Result<Recipe> {
-    match path {
-        Some(path) => Ok(recipe::load(path)?),
-        None => {
-            let name = Path::new("recipes/rtv225.toml");
-            let text = include_str!("../../../../recipes/rtv225.toml");
-            Ok(recipe::parse(name, text)?)
-        }
-    }
+    let name = path.unwrap_or(Path::new("recipes/rtv225.toml"));
+    let recipe = match path {
+        Some(path) => recipe::load(path)?,
+        None => recipe::parse(name, include_str!("../../../../recipes/rtv225.toml"))?,
+    };
+    let fingers = recipe.grasp.map_or(3, |grasp| grasp.fingers);
+    ensure!(
+        fingers == FINGERS,
+        "{}: {fingers} fingers, and this program is built for {FINGERS}: build it with SOFTGRIP_RECIPE={0}, or name another \
+         recipe",
+        name.display()
+    );
+    Ok(recipe)
 }
 
 /// Parses the kind of an object.

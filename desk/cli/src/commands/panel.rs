@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use ::panel::hand::Hand;
 use ::panel::server::{End, Server};
 use ::serve::stop_on_signals;
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
+use softgrip::FINGERS;
 use watch::Source;
 
 use super::output::{note, outln};
@@ -31,6 +32,10 @@ pub struct PanelArgs {
 }
 
 pub fn run(args: &PanelArgs) -> anyhow::Result<ExitCode> {
+    ensure!(
+        FINGERS == 3,
+        "the page shows grippers with three fingers, and this program is built for {FINGERS}"
+    );
     let hand = Hand::of(&args.source.gripper()?.setup);
     let server = Server::open(args.listen)?;
     let stop = stop_on_signals().context("cannot listen to Ctrl-C")?;

@@ -122,7 +122,7 @@ fn of_recording(args: &ReplayArgs, table: &'static FingerTable) -> anyhow::Resul
     let path = &args.trace;
     let name = || path.display().to_string();
     let mut rerun = Rerun::new(table, args.controls.stated(table)?);
-    let mut rows = String::from("t_s,strain1_ue,strain2_ue,strain3_ue,pressure_kpa,setpoint_kpa\n");
+    let mut rows = trace::COLUMNS.join(",") + "\n";
     recording::read(path, &mut |told| {
         match &told {
             Told::Note(text) => output::note(format_args!("{text}")),

@@ -1,6 +1,7 @@
 //! Plausibility of a trace: a wrong unit or sign would look like a hold.
 
 use anyhow::bail;
+use softgrip::FINGERS;
 use softgrip::condition::{Monitor, Reading};
 use softgrip::estimate::Estimator;
 use softgrip::settings::{GaugeSense, Settings};
@@ -77,7 +78,8 @@ pub fn check(
             }
         }
     }
-    let gauges: [GaugeResponse; 3] = std::array::from_fn(|i| GaugeResponse::of(rows, i, top_kpa));
+    let gauges: [GaugeResponse; FINGERS] =
+        std::array::from_fn(|i| GaugeResponse::of(rows, i, top_kpa));
     check_strain(&gauges, top_kpa, noise(&pressures), table, sense)?;
     check_sign(rows, &gauges, top_kpa, table, settings)
 }
@@ -123,10 +125,10 @@ fn check_strain(
     let mut changes: Vec<f64> = gauges.iter().map(|gauge| gauge.change_ue.abs()).collect();
     changes.sort_by(f64::total_cmp);
     // Two gauges do at least so; one may have failed.
-    let two = changes[1];
+    let two = changes[FINGERS - 2];
     if two > 2.0 * RAIL_UE {
         bail!(
-            "strain1_ue to strain3_ue: two of them move by {two:.0}, more than gauges can show in µε; {NAME_IT}"
+            "strain1_ue to strain{FINGERS}_ue: two of them move by {two:.0}, more than gauges can show in µε; {NAME_IT}"
         );
     }
     let felt = gauges.iter().all(|gauge| {
@@ -134,9 +136,9 @@ fn check_strain(
     });
     if top_kpa > PRESSED_KPA && felt {
         bail!(
-            "strain1_ue to strain3_ue: they follow the pressure, but move by {:.4} at most at {top_kpa:.0} kPa: mε, ε \
+            "strain1_ue to strain{FINGERS}_ue: they follow the pressure, but move by {:.4} at most at {top_kpa:.0} kPa: mε, ε \
              or %, and not µε; {NAME_IT}",
-            changes[2]
+            changes[FINGERS - 1]
         );
     }
     // A monitor whose wire is off shows noise alone.
@@ -219,16 +221,16 @@ fn approach(
     gauges: &[GaugeResponse],
     table: &FingerTable,
     settings: &Settings,
-) -> anyhow::Result<Option<[f64; 3]>> {
+) -> anyhow::Result<Option<[f64; FINGERS]>> {
     let active = settings
         .validate(table)
         .map_err(|error| anyhow::anyhow!("settings: {error}"))?;
     let mut estimator = Estimator::new();
-    let (mut products, mut squares) = ([0.0; 3], 0.0);
+    let (mut products, mut squares) = ([0.0; FINGERS], 0.0);
     for row in resample(rows) {
         let reading = Reading {
-            gauges: [softgrip::condition::Gauge::Missing; 3],
-            noise_variance: [0.0; softgrip::FINGERS],
+            gauges: [softgrip::condition::Gauge::Missing; FINGERS],
+            noise_variance: [0.0; FINGERS],
             monitor: Monitor::Valid(Kilopascals(row.pressure_kpa as f32)),
             supply: None,
             rail_is_off: false,

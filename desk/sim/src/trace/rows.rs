@@ -1,5 +1,7 @@
 //! The parsed rows of a trace, with the assumptions that were made.
 
+use softgrip::FINGERS;
+
 /// A value that is missing for longer than this, s, or a row, is not made up: from the command to holding
 /// a grip takes as long (140 kPa at 400 kPa/s, and 150 ms to settle), so that nothing longer hides a whole one.
 pub const GAP_S: f64 = 0.5;
@@ -10,7 +12,7 @@ pub struct Row {
     /// Time by the clock of the trace, s.
     pub t_s: f64,
     /// Gauge strain of each finger, µε; infinite where it has been missing for long, like an open gauge's.
-    pub strain_ue: [f64; 3],
+    pub strain_ue: [f64; FINGERS],
     /// Pressure of the monitor, kPa.
     pub pressure_kpa: f64,
     /// Pressure that the robot asked for, kPa: a step where it asked for another.

@@ -13,6 +13,7 @@ use sim::arm::Phase;
 use sim::run::{Outcome, Run, Sample};
 use sim::scenario::{ObjectKind, Scenario};
 use sim::setup::Setup;
+use softgrip::FINGERS;
 
 use super::Case;
 use crate::paper::EXPERIMENTS;
@@ -201,7 +202,7 @@ fn strain(cases: &[Case]) -> anyhow::Result<Figure> {
 }
 
 fn strain_panel(run: &Run) -> Panel {
-    let mean = |of: [f64; 3]| 1e-3 * of.iter().sum::<f64>() / 3.0;
+    let mean = |of: [f64; FINGERS]| 1e-3 * of.iter().sum::<f64>() / FINGERS as f64;
     let bending = over_time(run, |sample| mean(sample.strain_ue.map(f64::from)));
     let residual = over_time(run, |sample| {
         mean(
