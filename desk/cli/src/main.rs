@@ -47,6 +47,11 @@ enum Action {
     /// Reads what a gripper has kept of the seconds before its first loss or fault.
     #[cfg(unix)]
     Blackbox(commands::blackbox::BlackboxArgs),
+    /// Checks a gripper that has just been wired: every channel, small steps of the pressure, outputs.
+    ///
+    /// Exits with 1 if something has failed.
+    #[cfg(unix)]
+    Check(commands::check::CheckArgs),
     /// Records what a gripper tells: snapshots, events, settings and every tick, as MCAP or CSV.
     #[cfg(unix)]
     Record(commands::record::RecordArgs),
@@ -89,6 +94,8 @@ fn main() -> ExitCode {
         Action::Panel(args) => commands::panel::run(&args),
         #[cfg(unix)]
         Action::Blackbox(args) => commands::blackbox::run(&args),
+        #[cfg(unix)]
+        Action::Check(args) => commands::check::run(&args),
         #[cfg(unix)]
         Action::Record(args) => commands::record::run(&args),
         Action::Replay(args) => commands::replay::run(&args),

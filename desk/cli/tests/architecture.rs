@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The packages of this workspace that each package is built on; nothing else, and nothing less.
-const INTERNAL: [(&str, &[&str]); 16] = [
+const INTERNAL: [(&str, &[&str]); 17] = [
     ("softgrip-table", &[]),
     ("softgrip-settings", &["softgrip-table"]),
     ("finger", &["softgrip-table"]),
@@ -28,6 +28,7 @@ const INTERNAL: [(&str, &[&str]); 16] = [
         "softgrip-panel",
         &["finger", "serve", "settings", "sim", "softgrip", "watch"],
     ),
+    ("softgrip-check", &["settings", "softgrip", "watch"]),
     ("softgrip-report", &["finger", "sim", "softgrip"]),
     (
         "softgrip-evaluate",
@@ -37,8 +38,8 @@ const INTERNAL: [(&str, &[&str]); 16] = [
     (
         "softgrip-cli",
         &[
-            "bus", "evaluate", "finger", "panel", "report", "serve", "settings", "sim", "softgrip",
-            "studies", "watch",
+            "bus", "check", "evaluate", "finger", "panel", "report", "serve", "settings", "sim",
+            "softgrip", "studies", "watch",
         ],
     ),
     (
@@ -62,6 +63,7 @@ const RESERVED: [(&str, &[&str]); 11] = [
     (
         "serde_json",
         &[
+            "softgrip-check",
             "softgrip-cli",
             "softgrip-evaluate",
             "softgrip-hil",

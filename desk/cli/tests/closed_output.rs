@@ -44,6 +44,7 @@ fn no_command_complains_of_an_output_that_was_closed() {
         &[
             "record", "--from", "virtual", "--script", &end, "--force", "--out", &recording,
         ],
+        &["check", "--from", "virtual", "--yes", "--speed", "50"],
         &["replay", &recording],
         &["diff", &recording, &recording],
         &["replay", &trace],

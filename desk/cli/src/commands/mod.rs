@@ -4,6 +4,8 @@
 pub mod blackbox;
 pub mod calibrate;
 pub mod capability;
+#[cfg(unix)]
+pub mod check;
 pub mod diff;
 pub mod evaluate;
 pub mod fit;
