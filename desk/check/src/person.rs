@@ -29,7 +29,7 @@ impl Person<'_> {
             "The fingers will move, with {top_kpa} kPa at most. Nothing in the grip, no hands. Type yes: "
         );
         let answer = ask(&question).ok_or(Halt::Interrupted)?;
-        Ok(is_yes(&answer))
+        Ok(answer.trim() == "yes")
     }
 }
 

@@ -252,7 +252,7 @@ fn asked(answers: &[&str]) -> (Report, Vec<String>) {
 
 #[test]
 fn without_consent_nothing_moves() {
-    let (report, questions) = asked(&["no", "", "", "", "", "", "", "yes", "yes", "yes"]);
+    let (report, questions) = asked(&["y", "", "", "", "", "", "", "yes", "yes", "yes"]);
     assert!(questions[0].contains("no hands. Type yes"), "{questions:?}");
     assert!(!has_moved(&report) && !report.has_passed(), "{report:#?}");
 }

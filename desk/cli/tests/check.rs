@@ -158,12 +158,9 @@ fn a_line_that_is_lost_under_pressure_is_sought_again_and_the_pressure_let_go() 
     command.args(["--top", "160"]);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut checking = command.spawn().expect("softgrip starts");
-    let mut lines = BufReader::new(checking.stdout.take().expect("its output")).lines();
-    let is_step = |line: &std::io::Result<String>| {
-        let line = line.as_ref().expect("a line");
-        line.contains("pressure at 20 kPa")
-    };
-    assert!(lines.any(|line| is_step(&line)), "a step");
+    let lines = BufReader::new(checking.stdout.take().expect("its output")).lines();
+    let mut lines = lines.map(|line| line.expect("a line"));
+    assert!(lines.any(|line| line.contains("pressure at 20 kPa")));
     // Whoever comes later takes the place of the one before.
     drop(TcpStream::connect(&address).expect("the gripper listens"));
     lines.for_each(drop);
