@@ -6,7 +6,7 @@ use crate::command::{Refusal, SweepFault};
 use crate::condition::{Gauge, Monitor, Reading};
 use crate::event::{Event, Events};
 use crate::fault::{Fault, SafeOutput};
-use crate::units::{Instant, Kilopascals};
+use crate::units::{FINGERS, Instant, Kilopascals};
 
 /// Measured pressure may exceed the limit by this before it is a fault: 2.5 % of full scale.
 const OVER_PRESSURE_KPA: f32 = 5.0;
@@ -86,13 +86,13 @@ impl Supervisor {
         if waits && active.host_timeout_us.is_some_and(|most| silent_us > most) {
             return Some(Fault::HostSilent);
         }
-        // Two fingers still tell a loss; one cannot tell a loss from a shift of the load.
+        // Two fingers still tell a loss; one cannot tell a loss from a shift of the load. So this is the failure that leaves
+        // fewer than two.
         let mut failures = reading.gauges.iter().filter_map(|gauge| match gauge {
             Gauge::Failed(fault) => Some(*fault),
             Gauge::Valid(_) | Gauge::Missing => None,
         });
-        failures.next()?;
-        failures.next().map(Fault::from)
+        failures.nth(FINGERS - 2).map(Fault::from)
     }
 
     /// Goes to the safe state. The first fault stays latched; one that comes on top of it can only take

@@ -8,7 +8,7 @@ use softgrip::settings::Settings;
 use softgrip::table::{self, FINGER};
 use softgrip::telemetry::Event;
 use softgrip::units::{AdcCode, DacCode, Instant, Kilopascals, Microstrain, Millivolts, Volts};
-use softgrip::{Command, Controller, Grip, Outputs};
+use softgrip::{Command, Controller, FINGERS, Grip, Outputs};
 
 const FE: FrontEnd = FrontEnd::REFERENCE;
 /// Pressure at which the free fingers would meet the object, kPa.
@@ -35,10 +35,10 @@ pub enum GaugeState {
 pub struct MockBoard {
     pub controller: Controller,
     /// Share of the object's grip on each finger: 1 is held, 0 is free.
-    pub grip: [f32; 3],
+    pub grip: [f32; FINGERS],
     /// Pressure at which the free fingers would meet the object, or one another, kPa.
     pub touch_kpa: f32,
-    pub gauges: [GaugeState; 3],
+    pub gauges: [GaugeState; FINGERS],
     /// Gauge noise, uniform, ± µε.
     pub noise_ue: f32,
     /// The supply line leaks: pressure never gets above this.
@@ -71,7 +71,7 @@ pub struct MockBoard {
     inflated_kpa: f32,
     bend: [f32; 2],
     dac: DacCode,
-    codes: [AdcCode; 3],
+    codes: [AdcCode; FINGERS],
     random: u32,
 }
 
@@ -82,9 +82,9 @@ impl MockBoard {
             .expect("the test's settings are valid");
         Self {
             controller: Controller::new(&FINGER, active),
-            grip: [0.0; 3],
+            grip: [0.0; FINGERS],
             touch_kpa: TOUCH_KPA,
-            gauges: [GaugeState::Good; 3],
+            gauges: [GaugeState::Good; FINGERS],
             noise_ue: 30.0,
             leak_kpa: f32::MAX,
             valve_stuck: false,
@@ -106,7 +106,7 @@ impl MockBoard {
             inflated_kpa: 0.0,
             bend: [0.0; 2],
             dac: DacCode(0),
-            codes: [AdcCode(0); 3],
+            codes: [AdcCode(0); FINGERS],
             random: 1,
         }
     }
@@ -114,7 +114,7 @@ impl MockBoard {
     /// Holding an object at 140 kPa, half a second after the controller said so.
     pub fn holding(settings: Settings) -> Self {
         let mut board = Self::new(settings);
-        board.grip = [1.0; 3];
+        board.grip = [1.0; FINGERS];
         board.step(Command::Grip(Grip::Pressure(Kilopascals(140.0))));
         board.run(1_500);
         assert_eq!(
@@ -180,7 +180,7 @@ impl MockBoard {
     /// The grip of every finger goes from 90 % to 10 % in 35 ms and stays at the weight's 14 %.
     pub fn drop_object(&mut self) {
         for ms in 0..80 {
-            self.grip = [(1.0 - ms as f32 / 44.0).max(0.14); 3];
+            self.grip = [(1.0 - ms as f32 / 44.0).max(0.14); FINGERS];
             self.step(Command::Continue);
         }
     }
