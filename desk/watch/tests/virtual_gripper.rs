@@ -81,10 +81,15 @@ fn a_grasp_is_wished_and_seen_and_its_loss_told() {
 
     assert_eq!(wish(&gripper, Wish::World(Action::PullOut)), Answer::Done);
     assert!(wait_for_event(&gripper, "lost").text.starts_with("LOST"));
-    assert!(matches!(
-        wish(&gripper, Wish::Grip),
-        Answer::Refused(why) if why == "A loss is latched"
-    ));
+    // What is repeated within a second changes nothing.
+    while next_observation(&gripper)
+        .t_s
+        .is_none_or(|t_s| t_s < held_s + 1.5)
+    {}
+    match wish(&gripper, Wish::Grip) {
+        Answer::Refused(why) => assert_eq!(why, "A loss is latched"),
+        other => panic!("{other:?}"),
+    }
     assert_eq!(wish(&gripper, Wish::Acknowledge), Answer::Done);
 }
 
