@@ -25,19 +25,22 @@ mod chip;
 mod clock;
 mod half_duplex;
 mod pins;
+mod priority;
+mod programming;
+mod regulator;
 mod sectors;
 
 mod wait;
 mod watchdog;
 
-pub use chip::{
-    Converter, Regulator, ResetReason, Serial, check_option_bytes, reset_reason, safe_output,
-    wait_us,
-};
-pub use chosen::{NAME, acknowledged, high_priority, init, show_fault};
+pub use chip::{Converter, ResetReason, Serial, check_option_bytes, reset_reason, safe_output};
+pub use chosen::{NAME, acknowledged, show_fault};
 pub use clock::Clock;
 pub use pins::{IndicatorPins, InputPins};
+pub use priority::high_priority;
+pub use regulator::Regulator;
 pub use sectors::SettingsFlash;
+pub use wait::wait_us;
 pub use watchdog::{feed_watchdog, start_watchdog};
 
 /// The hardware, as the control task uses it.
@@ -46,6 +49,20 @@ pub struct Board {
     pub regulator: Regulator,
     pub inputs: InputPins,
     pub indicators: IndicatorPins,
+}
+
+/// Starts clocks and drivers. The output is safe before and after.
+pub fn init() -> (Board, SettingsFlash, Serial, Clock) {
+    let clock = match chip::external_clock() {
+        true => Clock::External,
+        false => Clock::Internal,
+    };
+    let p = embassy_stm32::init(chosen::config(clock));
+    // Setting up the ports may have reset the pin's mode.
+    safe_output();
+    chip::finish_start(clock == Clock::External);
+    let (board, flash, serial) = chosen::board(p);
+    (board, flash, serial, clock)
 }
 
 /// The chip's own number (unique device ID register).

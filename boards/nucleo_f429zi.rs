@@ -1,8 +1,6 @@
 //! NUCLEO-F429ZI (MB1137): pins, clocks, converters. The wiring stands in `boards/README.md`; pin names
 //! in brackets are those of the board's Zio and Arduino headers (UM1974, table 17).
 
-use embassy_executor::SendSpawner;
-use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::adc::vals::SampleTime;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
@@ -16,11 +14,9 @@ use super::analogue::{Analogue, sequence};
 use super::clock::Clock;
 use super::half_duplex::Pins;
 use super::pins::{IndicatorPins, InputPins, input, is_pulled_down, output, raise};
+use super::regulator::Regulator;
 use super::sectors::SettingsFlash;
-use super::stm32f4::{
-    Converter, Regulator, Serial, external_clock, finish_start, on_serial, safe_output,
-};
-use crate::links::HIGH_PRIORITY;
+use super::stm32f4::{Converter, Serial, on_serial};
 
 pub const NAME: &str = "NUCLEO-F429ZI";
 
@@ -48,23 +44,9 @@ static SERIAL: Pins = Pins {
     driver: (pac::GPIOD, 14),
 };
 
-/// Starts clocks and drivers. The output is safe before and after.
-pub fn init() -> (Board, SettingsFlash, Serial, Clock) {
-    let clock = match external_clock() {
-        true => Clock::External,
-        false => Clock::Internal,
-    };
-    let p = embassy_stm32::init(config(clock));
-    // Setting up the ports may have reset the pin's mode.
-    safe_output();
-    finish_start(clock == Clock::External);
-    let (board, flash, serial) = board(p);
-    (board, flash, serial, clock)
-}
-
 /// 180 MHz from the ST-LINK's crystal; or 168 MHz from the chip's own oscillator, within 1 % at 25 °C, −8 to +4.5 % from −40
 /// to 105 °C (DS9405, HSI characteristics).
-fn config(clock: Clock) -> Config {
+pub fn config(clock: Clock) -> Config {
     let mut config = Config::default();
     let (source, prediv, mul) = match clock {
         // 8 MHz from the ST-LINK's MCO (UM1974, OSC clock supply) / 4 × 180 / 2 = 180 MHz.
@@ -92,7 +74,8 @@ fn config(clock: Clock) -> Config {
     config
 }
 
-fn board(p: Peripherals) -> (Board, SettingsFlash, Serial) {
+/// What is at its pins.
+pub fn board(p: Peripherals) -> (Board, SettingsFlash, Serial) {
     let flash = SettingsFlash::new(p.FLASH);
     let board = Board {
         converter: Converter::new((p.ADC1, p.DMA2_CH0), &ANALOGUE),
@@ -119,20 +102,6 @@ fn board(p: Peripherals) -> (Board, SettingsFlash, Serial) {
     };
     let serial = Serial::new((p.USART6, p.DMA2_CH1, p.DMA2_CH6), &SERIAL);
     (board, flash, serial)
-}
-
-/// The executor of the control task, above the thread's and the drivers' interrupts and below the clock's. UART5 is not
-/// used, and its interrupt is.
-pub fn high_priority() -> SendSpawner {
-    interrupt::UART5.set_priority(Priority::P6);
-    HIGH_PRIORITY.start(interrupt::UART5)
-}
-
-// SAFETY: the name gives it the place of UART5's handler in the vector table.
-#[interrupt]
-unsafe fn UART5() {
-    // SAFETY: called from this handler alone, which `start` enables once the executor is there.
-    unsafe { HIGH_PRIORITY.on_interrupt() }
 }
 
 // SAFETY: the name gives it the place of the port's handler in the vector table.

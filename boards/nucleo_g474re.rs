@@ -1,8 +1,6 @@
 //! NUCLEO-G474RE (MB1367): pins, clocks, converters. The wiring stands in `boards/README.md`; pin names
 //! in brackets are those of the board's Arduino headers (UM2505, table 15).
 
-use embassy_executor::SendSpawner;
-use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::adc::vals::SampleTime;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk,
@@ -16,11 +14,9 @@ use super::analogue::{Analogue, sequence};
 use super::clock::Clock;
 use super::half_duplex::Pins;
 use super::pins::{IndicatorPins, InputPins, input, is_pulled_down, output, raise};
+use super::regulator::Regulator;
 use super::sectors::SettingsFlash;
-use super::stm32g4::{
-    Converter, Regulator, Serial, external_clock, finish_start, on_serial, safe_output,
-};
-use crate::links::HIGH_PRIORITY;
+use super::stm32g4::{Converter, Serial, on_serial};
 
 pub const NAME: &str = "NUCLEO-G474RE";
 
@@ -48,23 +44,9 @@ static SERIAL: Pins = Pins {
     driver: (pac::GPIOA, 12),
 };
 
-/// Starts clocks and drivers. The output is safe before and after.
-pub fn init() -> (Board, SettingsFlash, Serial, Clock) {
-    let clock = match external_clock() {
-        true => Clock::External,
-        false => Clock::Internal,
-    };
-    let p = embassy_stm32::init(config(clock));
-    // Setting up the ports may have reset the pin's mode.
-    safe_output();
-    finish_start(clock == Clock::External);
-    let (board, flash, serial) = board(p);
-    (board, flash, serial, clock)
-}
-
 /// 170 MHz from the board's crystal X3; or 160 MHz from the chip's own oscillator, within 1 % at 30 °C, −2 to +1.5 % from −40
 /// to 125 °C (DS12288, HSI16 characteristics).
-fn config(clock: Clock) -> Config {
+pub fn config(clock: Clock) -> Config {
     let mut config = Config::default();
     let (source, prediv, mul) = match clock {
         // 24 MHz / 6 × 85 / 2 = 170 MHz.
@@ -94,7 +76,8 @@ fn config(clock: Clock) -> Config {
     config
 }
 
-fn board(p: Peripherals) -> (Board, SettingsFlash, Serial) {
+/// What is at its pins.
+pub fn board(p: Peripherals) -> (Board, SettingsFlash, Serial) {
     let flash = SettingsFlash::new(p.FLASH);
     let board = Board {
         converter: Converter::new((p.ADC1, p.DMA1_CH1), &ANALOGUE),
@@ -117,20 +100,6 @@ fn board(p: Peripherals) -> (Board, SettingsFlash, Serial) {
     };
     let serial = Serial::new((p.USART1, p.DMA1_CH2, p.DMA1_CH3), &SERIAL);
     (board, flash, serial)
-}
-
-/// The executor of the control task, above the thread's and the drivers' interrupts and below the clock's. UART5 is not
-/// used, and its interrupt is.
-pub fn high_priority() -> SendSpawner {
-    interrupt::UART5.set_priority(Priority::P6);
-    HIGH_PRIORITY.start(interrupt::UART5)
-}
-
-// SAFETY: the name gives it the place of UART5's handler in the vector table.
-#[interrupt]
-unsafe fn UART5() {
-    // SAFETY: called from this handler alone, which `start` enables once the executor is there.
-    unsafe { HIGH_PRIORITY.on_interrupt() }
 }
 
 // SAFETY: the name gives it the place of the port's handler in the vector table.

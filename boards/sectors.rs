@@ -6,7 +6,8 @@ use embassy_stm32::peripherals::FLASH;
 use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash as AsyncReadNorFlash};
 
-use super::chip::flash::{self, Unlocked};
+use super::chip::flash;
+use super::programming::{self, ENDED, Unlocked};
 
 const SECTOR: usize = 16 << 10;
 const SECTORS: usize = 3;
@@ -18,7 +19,7 @@ pub struct SettingsFlash(Peri<'static, FLASH>);
 
 impl SettingsFlash {
     pub fn new(peripheral: Peri<'static, FLASH>) -> Self {
-        flash::enable();
+        programming::enable();
         Self(peripheral)
     }
 }
@@ -91,7 +92,7 @@ impl NorFlash for SettingsFlash {
         let _unlocked = Unlocked::new();
         for (i, word) in (0..SIZE / WORD).zip(words) {
             flash::begin_word(at.wrapping_add(WORD * i), u32::from_le_bytes(*word));
-            flash::ENDED.wait().await;
+            ENDED.wait().await;
             result()?;
         }
         Ok(())
@@ -108,7 +109,7 @@ impl NorFlash for SettingsFlash {
         let _unlocked = Unlocked::new();
         for part in 0..flash::PARTS_PER_SECTOR {
             flash::begin_erase(sector, part);
-            flash::ENDED.wait().await;
+            ENDED.wait().await;
             result()?;
         }
         Ok(())

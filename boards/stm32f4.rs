@@ -8,20 +8,12 @@ pub use converter::Converter;
 pub use serial::{Serial, on_interrupt as on_serial};
 
 use embassy_stm32::pac;
-use embassy_stm32::rcc::Sysclk;
-use softgrip::units::DacCode;
 
+use super::regulator;
 use super::wait::wait_for;
-
-/// No pressure.
-const SAFE: DacCode = DacCode(0);
 
 /// A crystal's clock is there before the chip runs, or comes seconds late, or not at all.
 const HSE_WITHIN_US: u32 = 20_000;
-
-/// The core's clock at start-up, and what it may be later: what a wait is counted by.
-const HSI_MHZ: u32 = 16;
-const HIGHEST_MHZ: u32 = 180;
 
 /// Silicon before revision 3 (A, Y and 1 by their numbers 0x1000, 0x1003 and 0x1007: RM0090, DBGMCU_IDCODE) reads bank 2
 /// wrong unless PA12 is an output at 0 V (errata ES0206, 2.2.14).
@@ -71,7 +63,7 @@ pub fn check_option_bytes() {
 pub fn external_clock() -> bool {
     pac::RCC.cr().modify(|w| w.set_hsebyp(true));
     pac::RCC.cr().modify(|w| w.set_hseon(true));
-    let there = wait_for(HSE_WITHIN_US, mhz(), || pac::RCC.cr().read().hserdy());
+    let there = wait_for(HSE_WITHIN_US, || pac::RCC.cr().read().hserdy());
     if !there {
         pac::RCC.cr().modify(|w| w.set_hseon(false));
     }
@@ -88,7 +80,7 @@ pub fn safe_output() {
     pac::GPIOA
         .moder()
         .modify(|w| w.set_moder(4, pac::gpio::vals::Moder::ANALOG));
-    write_dac(SAFE);
+    regulator::write(regulator::SAFE);
     pac::DAC1.cr().modify(|w| {
         // Buffered, so that the pull-down at the pin takes nothing from it. The buffer does not go below 0.2 V (DS9405,
         // DAC characteristics); the command's amplifier subtracts 0.3 V.
@@ -96,36 +88,6 @@ pub fn safe_output() {
         w.set_ten(0, false);
         w.set_en(0, true);
     });
-}
-
-fn write_dac(code: DacCode) {
-    pac::DAC1.dhr12r(0).write(|w| w.set_dhr(code.0));
-}
-
-/// DAC1 channel 1 at PA4, set up by [`safe_output`]. Only the board's start makes one.
-pub struct Regulator(());
-
-impl Regulator {
-    pub(super) fn new() -> Self {
-        Self(())
-    }
-
-    pub fn set(&mut self, code: DacCode) {
-        write_dac(code);
-    }
-}
-
-/// Waits by the core's cycles: at least so long, whatever the clock.
-pub fn wait_us(us: u32) {
-    wait_for(us, mhz(), || false);
-}
-
-/// How fast the core is, or less.
-fn mhz() -> u32 {
-    match pac::RCC.cfgr().read().sws() {
-        Sysclk::HSI => HSI_MHZ,
-        _ => HIGHEST_MHZ,
-    }
 }
 
 /// Why the chip has started.

@@ -4,71 +4,17 @@
 
 use core::sync::atomic::{Ordering, fence};
 
-use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac;
 use embassy_stm32::pac::flash::vals::Psize;
-use embassy_stm32::{interrupt, pac};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
+
+use crate::board::programming::ENDED;
 
 const BASE: usize = 0x0810_0000;
 /// What the first sector of bank 2 is called in the control register.
 const FIRST: u8 = 0b1_0000;
-const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 
 /// A sector is erased at once: a quarter of a second, at most half of one (DS9405, flash memory programming).
 pub const PARTS_PER_SECTOR: usize = 1;
-
-/// An operation has ended, well or not.
-pub static ENDED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
-
-// SAFETY: the name gives it the place of the flash's handler in the vector table.
-#[interrupt]
-unsafe fn FLASH() {
-    // Ends the request; what went wrong stays in the status register.
-    pac::FLASH.cr().modify(|w| {
-        w.set_eopie(false);
-        w.set_errie(false);
-    });
-    pac::FLASH.sr().write(|w| w.set_eop(true));
-    ENDED.signal(());
-}
-
-/// Operations can be waited for.
-pub fn enable() {
-    // Below the control task, which it would come into at every word.
-    interrupt::FLASH.set_priority(Priority::P7);
-    // SAFETY: its handler has nothing to share but a signal.
-    unsafe { interrupt::FLASH.enable() };
-}
-
-/// While it lives the control register takes commands, and the data cache is off, which would be corrupted by reading
-/// one bank while the other is written (errata ES0206, 2.2.12).
-pub struct Unlocked;
-
-impl Unlocked {
-    pub fn new() -> Self {
-        pac::FLASH.acr().modify(|w| w.set_dcen(false));
-        // Where they do not belong the keys would lock the register until the next reset.
-        if pac::FLASH.cr().read().lock() {
-            for key in KEYS {
-                pac::FLASH.keyr().write_value(key);
-            }
-        }
-        // Each flag is cleared by writing it.
-        let flags = pac::FLASH.sr().read();
-        pac::FLASH.sr().write_value(flags);
-        Self
-    }
-}
-
-impl Drop for Unlocked {
-    fn drop(&mut self) {
-        pac::FLASH.cr().write(|w| w.set_lock(true));
-        pac::FLASH.acr().modify(|w| w.set_dcrst(true));
-        pac::FLASH.acr().modify(|w| w.set_dcrst(false));
-        pac::FLASH.acr().modify(|w| w.set_dcen(true));
-    }
-}
 
 /// Whether the operation that has ended went wrong.
 pub fn has_failed() -> bool {

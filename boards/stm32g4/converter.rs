@@ -11,7 +11,7 @@ use softgrip::scan::CHANNELS;
 use softgrip::{RawFrame, frontend};
 
 use crate::board::analogue::{Analogue, RECEIVED, RING, Scans};
-use crate::board::wait::wait_for;
+use crate::board::wait::wait_us;
 
 /// Each value of a scan is the mean of eight conversions: the sum of 2 to this power, shifted by as much.
 const OVERSAMPLING: u8 = 3;
@@ -21,8 +21,6 @@ const TRANSFER: usize = 0;
 const REQUEST: u8 = 5;
 /// The regulator's start, µs (DS12288, ADC characteristics).
 const REGULATOR_US: u32 = 20;
-/// The core's clock, at most.
-const HIGHEST_MHZ: u32 = 170;
 /// Reads of its register within which the converter is ready, off or calibrated: some hundred of its cycles.
 const WITHIN_READS: u32 = 10_000;
 
@@ -61,14 +59,14 @@ impl Converter {
         let converter = pac::ADC1;
         converter.cr().modify(|w| w.set_deeppwd(false));
         converter.cr().modify(|w| w.set_advregen(true));
-        wait_for(REGULATOR_US, HIGHEST_MHZ, || false);
+        wait_us(REGULATOR_US);
         converter.cr().modify(|w| {
             w.set_adcaldif(Adcaldif::SINGLE_ENDED);
             w.set_adcal(true);
         });
         wait(|| !converter.cr().read().adcal());
         // It may be switched on four of its cycles after that.
-        wait_for(1, HIGHEST_MHZ, || false);
+        wait_us(1);
         converter.cr().modify(|w| w.set_aden(true));
         wait(|| converter.isr().read().adrdy());
         set_up(sequence);

@@ -131,17 +131,17 @@ fn milliseconds(text: &str) -> anyhow::Result<u64> {
 }
 
 impl ImageArgs {
-    fn read(&self) -> anyhow::Result<Image> {
+    /// The image's path.
+    fn path(&self) -> anyhow::Result<PathBuf> {
         match &self.image {
-            Some(path) => Image::read(path),
-            None => Image::read(&image::build()?),
+            Some(path) => Ok(path.clone()),
+            None => image::build(),
         }
     }
 
     /// One for the chip that is emulated.
-    fn read_to_run(&self) -> anyhow::Result<Image> {
-        let image = self.read()?;
-        image.check_chip()?;
+    fn read(&self) -> anyhow::Result<Image> {
+        let image = Image::read(&self.path()?)?;
         bench::find_tick(&image)?;
         Ok(image)
     }
@@ -152,7 +152,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     match &cli.action {
         Some(Action::Run(args)) => one(args),
         Some(Action::Code(args)) => {
-            let image = args.read()?;
+            let image = Image::read_for_any_board(&args.path()?)?;
             let context = suite::Context {
                 image: &image,
                 hours: 0.0,
@@ -163,7 +163,7 @@ pub fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         }
         None => {
             let args = &cli.suite;
-            let image = args.image.read_to_run()?;
+            let image = args.image.read()?;
             let context = suite::Context {
                 image: &image,
                 hours: args.hours,
@@ -184,7 +184,7 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if let Some(dir) = &dir {
         files::prepare(dir)?;
     }
-    let image = args.image.read_to_run()?;
+    let image = args.image.read()?;
     let scenario = Scenario {
         object: args.object,
         mass_kg: args.mass,

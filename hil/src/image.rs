@@ -103,11 +103,23 @@ fn find_target() -> anyhow::Result<()> {
 }
 
 impl Image {
-    /// Reads an image, and refuses one that is not this repository's firmware as it is now.
+    /// Reads an image for the chip that is emulated, and refuses one that is not this repository's firmware as it is now.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
+        Self::read_for(path, check_chip)
+    }
+
+    /// Reads an image for any board, to look at its code.
+    pub fn read_for_any_board(path: &Path) -> anyhow::Result<Self> {
+        Self::read_for(path, check_core)
+    }
+
+    fn read_for(
+        path: &Path,
+        check: fn(&object::File<'_>) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
         let bytes = std::fs::read(path)
             .with_context(|| format!("{}: no image; run `{BUILD}`", path.display()))?;
-        let image = Self::parse(path, bytes)
+        let image = Self::parse(path, bytes, check)
             .with_context(|| format!("{}: not an image to run; run `{BUILD}`", path.display()))?;
         image
             .check_age()
@@ -115,8 +127,13 @@ impl Image {
         Ok(image)
     }
 
-    fn parse(path: &Path, bytes: Vec<u8>) -> anyhow::Result<Self> {
+    fn parse(
+        path: &Path,
+        bytes: Vec<u8>,
+        check: fn(&object::File<'_>) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Self> {
         let file = object::File::parse(bytes.as_slice()).context("no ELF file")?;
+        check(&file)?;
         let (functions, variables) = symbols(&file);
         ensure!(!functions.is_empty(), "no symbols");
 
@@ -129,17 +146,6 @@ impl Image {
             functions,
             variables,
             bytes,
-        })
-    }
-
-    /// Refuses what was built for something else than the chip that is emulated.
-    pub fn check_chip(&self) -> anyhow::Result<()> {
-        let file = object::File::parse(self.bytes.as_slice())?;
-        check_chip(&file).with_context(|| {
-            format!(
-                "{}: not an image to run; run `{BUILD}`",
-                self.path.display()
-            )
         })
     }
 
@@ -235,13 +241,19 @@ impl Image {
     }
 }
 
-/// Refuses what was built for something else than the chip that is emulated.
-fn check_chip(file: &object::File<'_>) -> anyhow::Result<()> {
+/// Refuses what was built for another kind of processor.
+fn check_core(file: &object::File<'_>) -> anyhow::Result<()> {
     ensure!(
         file.architecture() == Architecture::Arm && !file.is_64(),
         "built for {:?}, not for ARM",
         file.architecture()
     );
+    Ok(())
+}
+
+/// Refuses what was built for something else than the chip that is emulated.
+fn check_chip(file: &object::File<'_>) -> anyhow::Result<()> {
+    check_core(file)?;
     let vectors = file
         .section_by_name(".vector_table")
         .context("no section .vector_table")?;
