@@ -27,7 +27,7 @@ pub struct RecordArgs {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// How long, as 500ms, 60s, 10min or 1h [default: until Ctrl-C].
-    #[arg(long = "for", value_name = "TIME", value_parser = duration)]
+    #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     length: Option<Duration>,
     /// Snapshots in a second [default: 50; 1000 for CSV, where the source has them].
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = within(0.1, 1000.0))]
