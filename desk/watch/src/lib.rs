@@ -23,6 +23,8 @@ pub mod schema;
 mod frames;
 mod messages;
 
+mod encoder;
+
 pub mod create;
 mod csv_file;
 pub mod mcap_file;
