@@ -210,9 +210,25 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
             "nobody serves there",
         ),
         (&["--out", "a.csv"], "--from"),
+        (&["--from", "virtual"], "--out"),
+        (&["--from", "virtual", "--live", "8765"], "--live"),
         (
             &["--recover", "there.mcap", "--out", "b.mcap"],
             "not an MCAP file",
+        ),
+    ] {
+        let text = bench.says(2, &[&["record"][..], args].concat());
+        assert!(text.contains(expected), "{args:?}: {text}");
+    }
+    #[cfg(not(feature = "live"))]
+    for (args, expected) in [
+        (
+            &["--from", "virtual", "--live", "--out", "a.csv"][..],
+            "127.0.0.1:8765: this program serves nothing live: build it with `cargo build --release -p softgrip-cli --features live`",
+        ),
+        (
+            &["--from", "virtual", "--live=[::1]:9000"],
+            "[::1]:9000: this program serves nothing live",
         ),
     ] {
         let text = bench.says(2, &[&["record"][..], args].concat());

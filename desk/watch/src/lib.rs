@@ -1,7 +1,7 @@
 //! What a gripper tells, whatever it is watched by, and what can be wished of it.
 //!
 //! ```text
-//! virtual, tty, tcp, defmt, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file
+//! virtual, tty, tcp, defmt, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file, live
 //!                                                  └─ wishes ─► grip, release, set, … (registers), and what happens to the
 //!                                                               virtual gripper
 //! file ─► recording ─► rerun (the controller does it again), verdicts (what differs)
@@ -27,6 +27,8 @@ mod encoder;
 
 pub mod create;
 mod csv_file;
+#[cfg(feature = "live")]
+mod live;
 pub mod mcap_file;
 
 pub mod recorder;
