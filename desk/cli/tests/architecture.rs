@@ -57,7 +57,7 @@ const INTERNAL: [(&str, &[&str]); 17] = [
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
 /// pages, threads, sockets of pages, physics.
-const RESERVED: [(&str, &[&str]); 12] = [
+const RESERVED: [(&str, &[&str]); 13] = [
     ("clap", &["softgrip-cli", "softgrip-hil"]),
     ("indicatif", &["softgrip-cli"]),
     (
@@ -89,6 +89,7 @@ const RESERVED: [(&str, &[&str]); 12] = [
     ("parquet", &["softgrip-studies"]),
     ("mcap", &["softgrip-watch"]),
     ("foxglove", &["softgrip-watch"]),
+    ("probe-rs", &["softgrip-watch"]),
     ("defmt-decoder", &["softgrip-decode"]),
 ];
 

@@ -220,7 +220,7 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
         let text = bench.says(2, &[&["record"][..], args].concat());
         assert!(text.contains(expected), "{args:?}: {text}");
     }
-    #[cfg(not(feature = "live"))]
+    #[cfg(not(any(feature = "live", feature = "probe")))]
     for (args, expected) in [
         (
             &["--from", "virtual", "--live", "--out", "a.csv"][..],
@@ -229,6 +229,14 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
         (
             &["--from", "virtual", "--live=[::1]:9000"],
             "[::1]:9000: this program serves nothing live",
+        ),
+        (
+            &["--from", "probe", "--out", "a.csv"],
+            "build it with `cargo build --release -p softgrip-cli --features probe`, or have",
+        ),
+        (
+            &["--from", "probe:STM32G474RETx@066A", "--out", "a.csv"],
+            "name defmt:localhost:9090 with --elf",
         ),
     ] {
         let text = bench.says(2, &[&["record"][..], args].concat());

@@ -1,9 +1,9 @@
 //! What a gripper tells, whatever it is watched by, and what can be wished of it.
 //!
 //! ```text
-//! virtual, tty, tcp, defmt, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file, live
-//!                                                  └─ wishes ─► grip, release, set, … (registers), and what happens to the
-//!                                                               virtual gripper
+//! virtual, tty, tcp, defmt, probe, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file, live
+//!                                                         └─ wishes ─► grip, release, set, … (registers), and what happens to the
+//!                                                                      virtual gripper
 //! file ─► recording ─► rerun (the controller does it again), verdicts (what differs)
 //! ```
 #![forbid(unsafe_code)]
@@ -55,6 +55,8 @@ mod gripper;
 mod line;
 #[cfg(unix)]
 mod playback;
+#[cfg(all(unix, feature = "probe"))]
+mod probe;
 
 #[cfg(unix)]
 pub mod source;

@@ -20,8 +20,8 @@ use super::within;
 
 #[derive(Args)]
 pub struct RecordArgs {
-    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:- or defmt:HOST:PORT (with --elf), or the path
-    /// of a recording, which is converted.
+    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, probe or probe:CHIP (with
+    /// --elf), or the path of a recording, which is converted.
     #[arg(long, value_name = "SOURCE", required_unless_present = "recover")]
     from: Option<Source>,
     /// The recording, FILE.mcap or FILE.csv.
