@@ -1,5 +1,6 @@
-//! `softgrip record`: what a gripper tells, into a file.
+//! `softgrip record`: what a gripper tells, into a file, or to Foxglove while it comes.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering::Relaxed;
@@ -13,19 +14,23 @@ use watch::mcap_file;
 use watch::recorder::{Format, Recorder};
 use watch::{Source, Told};
 
-use super::output::outln;
+use super::output::{note, outln};
 use super::source::SourceArgs;
 use super::within;
 
 #[derive(Args)]
 pub struct RecordArgs {
-    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:- or defmt:HOST:PORT (with --elf), or the path
-    /// of a recording, which is converted.
+    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, probe or probe:CHIP (with
+    /// --elf), or the path of a recording, which is converted.
     #[arg(long, value_name = "SOURCE", required_unless_present = "recover")]
     from: Option<Source>,
     /// The recording, FILE.mcap or FILE.csv.
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "live")]
+    out: Option<PathBuf>,
+    /// Serve the same to Foxglove while it comes (ws://…), with or without a file; port 0 is any that is free. Needs a program
+    /// that is built with --features live.
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    live: Option<SocketAddr>,
     /// How long, as 500ms, 60s, 10min or 1h [default: until Ctrl-C].
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     length: Option<Duration>,
@@ -36,7 +41,7 @@ pub struct RecordArgs {
     #[arg(long)]
     force: bool,
     /// Write what is whole of a recording that was cut off, in place of recording.
-    #[arg(long, value_name = "BROKEN.mcap", conflicts_with = "from")]
+    #[arg(long, value_name = "BROKEN.mcap", conflicts_with_all = ["from", "live"])]
     recover: Option<PathBuf>,
     #[command(flatten)]
     source: SourceArgs,
@@ -68,21 +73,22 @@ fn duration(text: &str) -> anyhow::Result<Duration> {
 }
 
 pub fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
-    match (&args.recover, &args.from) {
-        (Some(broken), _) => recover(args, broken),
-        (None, Some(source)) => record(args, source),
-        (None, None) => bail!("say what is to be recorded: --from"),
+    match (&args.recover, &args.out, &args.from) {
+        (Some(broken), Some(out), _) => recover(args, broken, out),
+        (Some(_), None, _) => bail!("say where it is to be written: --out"),
+        (None, _, Some(source)) => record(args, source),
+        (None, _, None) => bail!("say what is to be recorded: --from"),
     }
 }
 
-fn recover(args: &RecordArgs, broken: &Path) -> anyhow::Result<ExitCode> {
-    let read = mcap_file::recover(broken, &args.out, args.force)?;
+fn recover(args: &RecordArgs, broken: &Path, out: &Path) -> anyhow::Result<ExitCode> {
+    let read = mcap_file::recover(broken, out, args.force)?;
     let missing = read.missing.unwrap_or("nothing is missing".into());
     outln!(
         "{} messages of {} are in {}; {missing}",
         read.messages,
         broken.display(),
-        args.out.display()
+        out.display()
     );
     Ok(ExitCode::SUCCESS)
 }
@@ -96,23 +102,36 @@ struct Count {
 }
 
 fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
-    let format = Format::of(&args.out)?;
+    let format = args.out.as_deref().map(Format::of).transpose()?;
     let is_line = matches!(source, Source::Tty(_) | Source::Tcp(_));
     let rate_hz = args.rate.unwrap_or(match format {
-        Format::Csv if !is_line => TRACE_HZ,
-        Format::Csv | Format::Mcap => EYES_HZ,
+        Some(Format::Csv) if !is_line => TRACE_HZ,
+        Some(Format::Csv | Format::Mcap) | None => EYES_HZ,
     });
     let stop = stop_on_signals().context("cannot listen to Ctrl-C")?;
+    let mut recorders = Vec::new();
+    if let Some(address) = args.live {
+        recorders.push(live(address)?);
+    }
+    let with_ticks = format == Some(Format::Mcap) || args.live.is_some();
+    // Nobody can watch a recording as fast as it is read.
+    let in_real_time = args.live.is_some();
     let connection = args
         .source
-        .open(source, rate_hz, format == Format::Mcap, false)?;
-    let mut recorder = Recorder::new(&args.out, args.force)?;
-    let name = args.out.display();
-    outln!("recording {} to {name}; Ctrl-C ends it", connection.name);
+        .open(source, rate_hz, with_ticks, in_real_time)?;
+    if let Some(out) = &args.out {
+        recorders.push(Recorder::new(out, args.force)?);
+        let (from, to) = (&connection.name, out.display());
+        outln!("recording {from} to {to}; Ctrl-C ends it");
+    }
     let began = Instant::now();
     let is_over = || {
         let is_long_enough = args.length.is_some_and(|length| began.elapsed() >= length);
         stop.load(Relaxed) || is_long_enough
+    };
+    let written = |result: anyhow::Result<()>| {
+        let out = args.out.as_deref().unwrap_or(Path::new("")).display();
+        result.with_context(|| format!("{out}: cannot be written"))
     };
     let mut count = Count::default();
     let mut failed = None;
@@ -122,9 +141,9 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
             Err(RecvTimeoutError::Timeout) => continue,
             Err(RecvTimeoutError::Disconnected) => break,
         };
-        recorder
-            .add(&told)
-            .with_context(|| format!("{name}: cannot be written"))?;
+        for recorder in &mut recorders {
+            written(recorder.add(&told))?;
+        }
         match told {
             Told::Observation(_) => count.snapshots += 1,
             Told::Tick(_) => count.ticks += 1,
@@ -137,9 +156,9 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
             Told::Ended(_) | Told::Provenance(_) | Told::Settings(_) => {}
         }
     }
-    recorder
-        .finish()
-        .with_context(|| format!("{name}: cannot be written"))?;
+    for recorder in recorders {
+        written(recorder.finish())?;
+    }
     tell(args, &count, began.elapsed())?;
     match failed {
         Some(why) => bail!("{why}"),
@@ -147,19 +166,36 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
     }
 }
 
+/// Serves at an address, and says how it is reached.
+fn live(address: SocketAddr) -> anyhow::Result<Recorder> {
+    let (live, address) = Recorder::live(address)?;
+    outln!(
+        "live at ws://{address}, for Foxglove's connection \"Foxglove WebSocket\"; Ctrl-C ends it"
+    );
+    if !address.ip().is_loopback() {
+        note(format_args!(
+            "{address}: whoever reaches this address can watch"
+        ));
+    }
+    Ok(live)
+}
+
 /// What has been recorded, and how large it is.
 fn tell(args: &RecordArgs, count: &Count, length: Duration) -> anyhow::Result<()> {
-    let bytes = std::fs::metadata(&args.out)?.len();
-    let megabytes = 1e-6 * bytes as f64;
     let Count {
         snapshots,
         ticks,
         events,
     } = count;
-    outln!(
-        "{}: {snapshots} snapshots, {ticks} ticks and {events} events in {:.1} s; {megabytes:.3} MB",
-        args.out.display(),
-        length.as_secs_f64(),
-    );
+    let length_s = length.as_secs_f64();
+    let told =
+        format!("{snapshots} snapshots, {ticks} ticks and {events} events in {length_s:.1} s");
+    match &args.out {
+        Some(out) => {
+            let megabytes = 1e-6 * std::fs::metadata(out)?.len() as f64;
+            outln!("{}: {told}; {megabytes:.3} MB", out.display());
+        }
+        None => outln!("{told}"),
+    }
     Ok(())
 }
