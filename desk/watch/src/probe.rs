@@ -1,5 +1,5 @@
-//! A debug probe: what the firmware sends over RTT, without another program in between. The chip's memory is read and
-//! nothing else: a debugger's session would halt the core to clear its breakpoints, and a halted core controls nothing.
+//! A debug probe: what the firmware sends over RTT, without another program in between. Nothing but the chip's memory is
+//! attached to: a session of a debugger would halt the core to clear its breakpoints, and a halted core controls nothing.
 
 use std::io::{self, Read};
 use std::sync::Arc;
