@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 
-use crate::create::create;
+use crate::create::{create, ending};
 use crate::csv_file::CsvFile;
 use crate::mcap_file::McapFile;
 use crate::told::Told;
@@ -24,9 +24,9 @@ impl Format {
     /// # Errors
     /// If it is neither.
     pub fn of(path: &Path) -> anyhow::Result<Self> {
-        match path.extension().and_then(|end| end.to_str()) {
-            Some("mcap") => Ok(Self::Mcap),
-            Some("csv") => Ok(Self::Csv),
+        match ending(path).as_str() {
+            "mcap" => Ok(Self::Mcap),
+            "csv" => Ok(Self::Csv),
             _ => bail!("{}: must end with .mcap or .csv", path.display()),
         }
     }
@@ -48,10 +48,11 @@ impl Recorder {
     pub fn new(path: &Path, may_replace: bool) -> anyhow::Result<Self> {
         let format = Format::of(path)?;
         let file = create(path, may_replace)?;
-        Ok(match format {
-            Format::Mcap => Self::Mcap(Box::new(McapFile::new(file)?)),
-            Format::Csv => Self::Csv(Box::new(CsvFile::new(file)?)),
-        })
+        let begun = match format {
+            Format::Mcap => McapFile::new(file).map(|file| Self::Mcap(Box::new(file))),
+            Format::Csv => CsvFile::new(file).map(|file| Self::Csv(Box::new(file))),
+        };
+        begun.with_context(|| format!("{}: cannot be written", path.display()))
     }
 
     /// Writes what is told.

@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
 use ::serve::stop_on_signals;
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use watch::mcap_file;
 use watch::recorder::{Format, Recorder};
-use watch::{Source, Told};
+use watch::{Connection, Source, Told};
 
 use super::output::outln;
 use super::source::SourceArgs;
@@ -76,15 +76,49 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn recover(args: &RecordArgs, broken: &Path) -> anyhow::Result<ExitCode> {
+    let name = args.out.display();
+    ensure!(
+        Format::of(&args.out)? == Format::Mcap,
+        "{name}: what is whole of an MCAP file is one, too: must end with .mcap"
+    );
+    ensure_apart(broken, &args.out)?;
     let read = mcap_file::recover(broken, &args.out, args.force)?;
     let missing = read.missing.unwrap_or("nothing is missing".into());
     outln!(
-        "{} messages of {} are in {}; {missing}",
+        "{} messages of {} are in {name}; {missing}",
         read.messages,
         broken.display(),
-        args.out.display()
     );
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whoever writes a file empties it first, so it cannot be the one that is read.
+fn ensure_apart(read: &Path, written: &Path) -> anyhow::Result<()> {
+    let is_same = match (read.canonicalize(), written.canonicalize()) {
+        (Ok(read), Ok(written)) => read == written,
+        _ => false,
+    };
+    ensure!(
+        !is_same,
+        "{}: is what is to be read: --out must name another file",
+        written.display()
+    );
+    Ok(())
+}
+
+/// Whether a recording can be converted with these options.
+fn ensure_convertible(args: &RecordArgs, path: &Path) -> anyhow::Result<()> {
+    for (option, is_there) in [
+        ("--rate", args.rate.is_some()),
+        ("--for", args.length.is_some()),
+    ] {
+        ensure!(
+            !is_there,
+            "{option}: is for a gripper that tells something now; the recording {} is converted as it is",
+            path.display()
+        );
+    }
+    ensure_apart(path, &args.out)
 }
 
 /// What has been recorded.
@@ -95,8 +129,22 @@ struct Count {
     events: u64,
 }
 
+/// Why nothing more is recorded.
+enum End {
+    /// The source has nothing more.
+    Ended,
+    /// The time is over, or the user has ended it.
+    Enough,
+    /// Something is wrong.
+    Failed(String),
+}
+
 fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
     let format = Format::of(&args.out)?;
+    let is_conversion = matches!(source, Source::File(_));
+    if let Source::File(path) = source {
+        ensure_convertible(args, path)?;
+    }
     let is_line = matches!(source, Source::Tty(_) | Source::Tcp(_));
     let rate_hz = args.rate.unwrap_or(match format {
         Format::Csv if !is_line => TRACE_HZ,
@@ -108,19 +156,52 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
         .open(source, rate_hz, format == Format::Mcap, false)?;
     let mut recorder = Recorder::new(&args.out, args.force)?;
     let name = args.out.display();
+    let began = Instant::now();
+    let mut count = Count::default();
+    let end = take(args, &connection, &mut recorder, &mut count, &stop);
+    // Also where nobody could be told of it.
+    let finished = recorder.finish();
+    let finished = finished.with_context(|| format!("{name}: cannot be written"));
+    let end = end.and_then(|end| finished.map(|()| end));
+    if is_conversion && !matches!(end, Ok(End::Ended)) {
+        // A part would look like the whole.
+        std::fs::remove_file(&args.out).with_context(|| format!("{name}: cannot be removed"))?;
+        match end? {
+            End::Failed(why) => bail!("{why}"),
+            End::Ended | End::Enough => bail!("{name}: ended before it was whole, and removed"),
+        }
+    }
+    let end = end?;
+    tell(args, format, &count, began.elapsed())?;
+    match end {
+        End::Failed(why) => bail!("{why}"),
+        End::Ended | End::Enough => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// Records until nothing more is to come.
+fn take(
+    args: &RecordArgs,
+    connection: &Connection,
+    recorder: &mut Recorder,
+    count: &mut Count,
+    stop: &AtomicBool,
+) -> anyhow::Result<End> {
+    let name = args.out.display();
     outln!("recording {} to {name}; Ctrl-C ends it", connection.name);
     let began = Instant::now();
-    let is_over = || {
+    loop {
         let is_long_enough = args.length.is_some_and(|length| began.elapsed() >= length);
-        stop.load(Relaxed) || is_long_enough
-    };
-    let mut count = Count::default();
-    let mut failed = None;
-    while !is_over() {
+        if stop.load(Relaxed) || is_long_enough {
+            return Ok(End::Enough);
+        }
         let told = match connection.told.recv_timeout(PATIENCE) {
             Ok(told) => told,
             Err(RecvTimeoutError::Timeout) => continue,
-            Err(RecvTimeoutError::Disconnected) => break,
+            Err(RecvTimeoutError::Disconnected) => {
+                let why = "the source has stopped at an error of this program";
+                return Ok(End::Failed(why.into()));
+            }
         };
         recorder
             .add(&told)
@@ -133,33 +214,32 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
                 outln!("{:9.3} s  {}", event.t_s, event.text);
             }
             Told::Note(text) => outln!("{text}"),
-            Told::Failed(why) => failed = Some(why),
-            Told::Ended(_) | Told::Provenance(_) | Told::Settings(_) => {}
+            Told::Failed(why) => return Ok(End::Failed(why)),
+            Told::Ended(_) => return Ok(End::Ended),
+            Told::Provenance(_) | Told::Settings(_) => {}
         }
-    }
-    recorder
-        .finish()
-        .with_context(|| format!("{name}: cannot be written"))?;
-    tell(args, &count, began.elapsed())?;
-    match failed {
-        Some(why) => bail!("{why}"),
-        None => Ok(ExitCode::SUCCESS),
     }
 }
 
 /// What has been recorded, and how large it is.
-fn tell(args: &RecordArgs, count: &Count, length: Duration) -> anyhow::Result<()> {
-    let bytes = std::fs::metadata(&args.out)?.len();
-    let megabytes = 1e-6 * bytes as f64;
+fn tell(args: &RecordArgs, format: Format, count: &Count, length: Duration) -> anyhow::Result<()> {
+    let name = args.out.display();
+    let megabytes = 1e-6 * std::fs::metadata(&args.out)?.len() as f64;
     let Count {
         snapshots,
         ticks,
         events,
     } = count;
+    let ticks_kept = match format {
+        Format::Mcap => format!(", {ticks} ticks"),
+        Format::Csv => String::new(),
+    };
     outln!(
-        "{}: {snapshots} snapshots, {ticks} ticks and {events} events in {:.1} s; {megabytes:.3} MB",
-        args.out.display(),
+        "{name}: {snapshots} snapshots{ticks_kept} and {events} events in {:.1} s; {megabytes:.3} MB",
         length.as_secs_f64(),
     );
+    if format == Format::Csv && *ticks > 0 {
+        outln!("{ticks} ticks were left out: a CSV file has snapshots alone");
+    }
     Ok(())
 }
