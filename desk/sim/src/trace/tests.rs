@@ -29,6 +29,15 @@ fn columns_may_stand_in_any_order_among_others() {
 fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
     for (text, expected) in [
         ("", "line 1: no column t_s"),
+        ("PK\u{3}\u{4}", "save it as CSV"),
+        (
+            &HEADER.replace(',', "|"),
+            "separated by commas, semicolons, tabs or blanks",
+        ),
+        (
+            &format!("{HEADER}\n0,0,0,0,0,0\n\0\0\0"),
+            "line 3: a zero byte, so this is no text",
+        ),
         (HEADER, "0 rows of data: a trace needs at least two"),
         (
             "t_s,strain1_ue,strain2_ue,pressure_kpa,setpoint_kpa\n",
@@ -36,11 +45,11 @@ fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
         ),
         (
             &format!("{HEADER}\n0,0,0,0,0,0\n0.001,0,NaN,0,0,0\n"),
-            "line 3: strain2_ue = \"NaN\": must be a finite number",
+            "line 3: strain2_ue = \"NaN\": must be a finite number, or empty where there is none",
         ),
         (
             &format!("{HEADER}\n0,0,,0,0,0\n0.001,0,,0,0,0\n"),
-            "strain2_ue: every cell is empty",
+            "strain2_ue: every cell is empty: what is read over the bus has residuals",
         ),
         (
             &format!("{HEADER}\n0,0,0,0,0,0\n,0,0,0,0,0\n"),
