@@ -76,3 +76,37 @@ fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
         assert!(message.contains(expected), "{message}");
     }
 }
+
+/// A command of 140 kPa that is read back behind its ramp and the controller's trim, and falls for 0.1 s at the end.
+fn commanded(ms: u32) -> f64 {
+    let t_s = 1e-3 * f64::from(ms);
+    match t_s {
+        ..0.3 => 0.0,
+        0.3..0.647 => 400.0 * (t_s - 0.3),
+        0.647..1.4 => 140.0 - 1.2 * (-8.0 * (t_s - 0.647)).exp(),
+        _ => 140.0 - 400.0 * (t_s - 1.4),
+    }
+}
+
+#[test]
+fn a_command_that_a_trim_moves_is_left_where_its_ramp_begins() {
+    let mut text = format!("{HEADER}\n");
+    for ms in 0..1500 {
+        let row = format!("{},0,0,0,0,{:.3}\n", 1e-3 * f64::from(ms), commanded(ms));
+        text.push_str(&row);
+    }
+    let trace = parse(text.as_bytes()).expect("a good trace");
+    let changes: Vec<f64> = trace
+        .rows
+        .windows(2)
+        .filter(|pair| pair[0].setpoint_kpa != pair[1].setpoint_kpa)
+        .map(|pair| pair[1].t_s)
+        .collect();
+    let [grip, fall] = changes[..] else {
+        panic!("{changes:?}");
+    };
+    assert!(
+        (grip - 0.3).abs() < 0.005 && (fall - 1.4).abs() < 0.005,
+        "{changes:?}"
+    );
+}
