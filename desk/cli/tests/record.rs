@@ -6,6 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use watch::Told;
+use watch::recorder::Recorder;
+use watch::told::EventTold;
+
 /// Patience with a machine that has much else to do.
 const LONG: Duration = Duration::from_secs(120);
 
@@ -285,6 +289,17 @@ fn a_recording_that_cannot_be_converted_leaves_no_part_of_one() {
         assert!(text.contains(expected), "{text}");
         assert!(!bench.path("out.mcap").exists(), "{text}");
     }
+    let mut recorder = Recorder::new(&bench.path("events.mcap"), false).expect("a file");
+    let event = EventTold {
+        t_s: 1.0,
+        name: "holding".into(),
+        text: "holding".into(),
+    };
+    recorder.add(&Told::Event(event)).expect("room");
+    recorder.finish().expect("room");
+    let text = bench.says(2, &["record", "--from", "events.mcap", "--out", "out.csv"]);
+    assert!(text.contains("events.mcap: has no snapshots"), "{text}");
+    assert!(!bench.path("out.csv").exists(), "{text}");
 }
 
 #[test]

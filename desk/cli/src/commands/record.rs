@@ -163,12 +163,17 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
     let finished = recorder.finish();
     let finished = finished.with_context(|| format!("{name}: cannot be written"));
     let end = end.and_then(|end| finished.map(|()| end));
-    if is_conversion && !matches!(end, Ok(End::Ended)) {
+    let has_all = format == Format::Mcap || count.snapshots > 0;
+    if is_conversion && !(has_all && matches!(end, Ok(End::Ended))) {
         // A part would look like the whole.
         std::fs::remove_file(&args.out).with_context(|| format!("{name}: cannot be removed"))?;
         match end? {
             End::Failed(why) => bail!("{why}"),
-            End::Ended | End::Enough => bail!("{name}: ended before it was whole, and removed"),
+            End::Ended => bail!(
+                "{}: has no snapshots, and a CSV file nothing else",
+                connection.name
+            ),
+            End::Enough => bail!("{name}: ended before it was whole, and removed"),
         }
     }
     let end = end?;
