@@ -125,8 +125,8 @@ pub struct Record {
     pub ms: u64,
     /// Instructions that were run.
     pub instructions: u64,
-    /// Bytes that came over RTT.
-    pub rtt_bytes: u64,
+    /// The bytes that came over RTT.
+    pub rtt: Vec<u8>,
     /// Over messages' bytes, every write's time and code, and every instruction count.
     pub digest: String,
     /// Time on the clock on the wall.
@@ -278,7 +278,7 @@ where
         };
         self.digest.update(&bytes);
         self.digest.update(stop.instruction_count.to_le_bytes());
-        self.record.rtt_bytes += bytes.len() as u64;
+        self.record.rtt.extend(&bytes);
         self.record
             .messages
             .extend(decoded.into_iter().map(|decoded| Message { ms, decoded }));

@@ -92,6 +92,9 @@ struct RunArgs {
     /// Directory for the files [default: out, or none with --json].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// A file for the bytes that came over RTT, as `softgrip record --from defmt:-` takes them.
+    #[arg(long, value_name = "FILE")]
+    rtt: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -195,7 +198,11 @@ fn one(args: &RunArgs) -> anyhow::Result<ExitCode> {
         // The digital input knows no other.
         pressure_kpa: Settings::of(&FACTORY).grip.grip_pressure_kpa.into(),
     };
-    let Closed { run, replay, .. } = closed_loop::run(&image, &scenario, args.until)?;
+    let closed = closed_loop::run(&image, &scenario, args.until)?;
+    if let Some(path) = &args.rtt {
+        std::fs::write(path, &closed.record.rtt).with_context(|| path.display().to_string())?;
+    }
+    let Closed { run, replay, .. } = closed;
     if args.json {
         println!("{}", json::run(&run));
     } else {

@@ -1,16 +1,12 @@
 //! The host at the debug port: takes what the firmware has put into its RTT buffer, and reads it.
 
-use decode::{Decoded, Decoder, Image};
-use rigless::emulator::Memory;
+use decode::{Channel, ChannelError, Decoded, Decoder, Image};
+use rigless::emulator::{Error, Memory};
 use rigless::soc::Width;
 
-/// Offsets in the control block: its name, then the one channel's pointers and flags (SEGGER UM08001).
-const ID: [u8; 10] = *b"SEGGER RTT";
-const BUFFER: u64 = 28;
-const SIZE: u64 = 32;
-/// Where the firmware's write offset lies in the control block.
+/// Where the firmware's write offset lies in the control block (SEGGER UM08001).
 pub const WRITTEN: u64 = 36;
-const READ: u64 = 40;
+/// Where the channel's flags lie.
 const FLAGS: u64 = 44;
 /// The flag by which a host asks the firmware to wait for it.
 const BLOCK_IF_FULL: u64 = 2;
@@ -26,9 +22,28 @@ pub enum Host {
     Silent,
 }
 
+/// The emulated chip's memory.
+struct Chip<'m>(&'m mut dyn Memory);
+
+impl decode::Memory for Chip<'_> {
+    type Error = Error;
+
+    fn read(&mut self, address: u64, words: &mut [u32]) -> Result<(), Error> {
+        for (word, address) in words.iter_mut().zip((address..).step_by(4)) {
+            *word = self.0.read(address, Width::W32)? as u32;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, address: u64, word: u32) -> Result<(), Error> {
+        self.0.write(address, Width::W32, word.into())
+    }
+}
+
 /// The host's side of the channel.
 pub struct Rtt {
     block: u64,
+    channel: Channel,
     host: Host,
     decoder: Decoder<'static>,
 }
@@ -38,6 +53,7 @@ impl Rtt {
     pub fn new(block: u64, host: Host, image: &'static Image) -> Self {
         Self {
             block,
+            channel: Channel::new(block),
             host,
             decoder: Decoder::new(image),
         }
@@ -45,6 +61,7 @@ impl Rtt {
 
     /// The firmware starts again, and its buffer with it.
     pub fn restart(&mut self) {
+        self.channel = Channel::new(self.block);
         self.decoder.restart();
     }
 
@@ -55,27 +72,23 @@ impl Rtt {
 
     /// Takes what is there: the bytes, and the messages that they complete.
     pub fn take(&mut self, memory: &mut dyn Memory) -> anyhow::Result<(Vec<u8>, Vec<Decoded>)> {
-        let mut word = |offset: u64| memory.read(self.block + offset, Width::W32);
-        let started = ID.iter().enumerate().all(|(i, &letter)| {
-            let word = word(i as u64 & !3).unwrap_or(0);
-            word >> (8 * (i % 4)) & 0xff == u64::from(letter)
-        });
-        if !started || self.host == Host::Absent {
-            return Ok((Vec::new(), Vec::new()));
-        }
-        let (buffer, size) = (word(BUFFER)?, word(SIZE)?);
-        let (written, mut read) = (word(WRITTEN)?, word(READ)?);
-        if self.host == Host::Silent {
-            memory.write(self.block + FLAGS, Width::W32, BLOCK_IF_FULL)?;
-            return Ok((Vec::new(), Vec::new()));
-        }
-        let mut bytes = Vec::new();
-        while read != written {
-            bytes.push(memory.read(buffer + read, Width::W8)? as u8);
-            read = (read + 1) % size;
-        }
-        memory.write(self.block + READ, Width::W32, read)?;
-
+        let mut chip = Chip(memory);
+        let bytes = match self.host {
+            Host::Absent => Vec::new(),
+            Host::Reading => match self.channel.take(&mut chip) {
+                // The firmware has not set it up yet.
+                Err(ChannelError::NoChannel) => Vec::new(),
+                taken => taken?,
+            },
+            Host::Silent => {
+                // Once the firmware has set it up.
+                if chip.0.read(self.block, Width::W32)? as u32 == u32::from_le_bytes(*b"SEGG") {
+                    chip.0
+                        .write(self.block + FLAGS, Width::W32, BLOCK_IF_FULL)?;
+                }
+                Vec::new()
+            }
+        };
         let messages = self.decoder.take(&bytes)?;
         Ok((bytes, messages))
     }

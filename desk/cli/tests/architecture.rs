@@ -57,7 +57,7 @@ const INTERNAL: [(&str, &[&str]); 17] = [
 
 /// Who alone may use a crate that says what a package is for: command lines, progress bars, JSON, pictures,
 /// pages, threads, sockets of pages, physics.
-const RESERVED: [(&str, &[&str]); 11] = [
+const RESERVED: [(&str, &[&str]); 13] = [
     ("clap", &["softgrip-cli", "softgrip-hil"]),
     ("indicatif", &["softgrip-cli"]),
     (
@@ -88,6 +88,8 @@ const RESERVED: [(&str, &[&str]); 11] = [
     ("rapier3d-f64", &["softgrip-sim"]),
     ("parquet", &["softgrip-studies"]),
     ("mcap", &["softgrip-watch"]),
+    ("foxglove", &["softgrip-watch"]),
+    ("probe-rs", &["softgrip-watch"]),
     ("defmt-decoder", &["softgrip-decode"]),
 ];
 

@@ -218,6 +218,8 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
             "nobody serves there",
         ),
         (&["--out", "a.csv"], "--from"),
+        (&["--from", "virtual"], "--out"),
+        (&["--from", "virtual", "--live", "8765"], "--live"),
         (
             &["--from", "there.mcap", "--out", "a.csv", "--rate", "100"],
             "--rate: is for a gripper that tells something now",
@@ -233,6 +235,28 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
         (
             &["--recover", "there.mcap", "--out", "b.mcap"],
             "not an MCAP file",
+        ),
+    ] {
+        let text = bench.says(2, &[&["record"][..], args].concat());
+        assert!(text.contains(expected), "{args:?}: {text}");
+    }
+    #[cfg(not(any(feature = "live", feature = "probe")))]
+    for (args, expected) in [
+        (
+            &["--from", "virtual", "--live", "--out", "a.csv"][..],
+            "127.0.0.1:8765: this program serves nothing live: build it with `cargo build --release -p softgrip-cli --features live`",
+        ),
+        (
+            &["--from", "virtual", "--live=[::1]:9000"],
+            "[::1]:9000: this program serves nothing live",
+        ),
+        (
+            &["--from", "probe", "--out", "a.csv"],
+            "build it with `cargo build --release -p softgrip-cli --features probe`, or have",
+        ),
+        (
+            &["--from", "probe:STM32G474RETx@066A", "--out", "a.csv"],
+            "name defmt:localhost:9090 with --elf",
         ),
     ] {
         let text = bench.says(2, &[&["record"][..], args].concat());

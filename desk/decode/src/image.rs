@@ -44,8 +44,12 @@ pub struct Image {
     pub(crate) record: u16,
     /// Which build it is.
     pub build: Build,
+    /// Address of the control block of its RTT channel; none where it has no channel.
+    pub channel: Option<u64>,
 }
 
+/// The control block, as debuggers look for it.
+const CHANNEL: &str = "_SEGGER_RTT";
 /// The message that holds a record, as defmt's section names it.
 const RECORD: &str = r#""data":"record {=[u8]}""#;
 
@@ -73,12 +77,14 @@ impl Image {
                 && symbol.name().is_ok_and(|name| name.contains(RECORD))
         });
         let record = record.and_then(|symbol| u16::try_from(symbol.address()).ok());
+        let channel = file.symbols().find(|symbol| symbol.name() == Ok(CHANNEL));
         let build = file.build_id().ok().flatten();
         let build = build.and_then(|build| build.try_into().ok());
         Ok(Self {
             table,
             record: record.ok_or(ImageError::NoRecords)?,
             build: Build(build.ok_or(ImageError::NoBuild)?),
+            channel: channel.map(|symbol| symbol.address()),
         })
     }
 }

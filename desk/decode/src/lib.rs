@@ -17,8 +17,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod channel;
 mod image;
 mod stream;
 
+pub use channel::{Channel, ChannelError, Memory};
 pub use image::{Build, Image, ImageError};
 pub use stream::{Decoded, Decoder, Level, Line, StreamError};

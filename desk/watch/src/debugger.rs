@@ -1,4 +1,4 @@
-//! What the firmware sends to a debugger, as bytes that somebody passes on.
+//! What the firmware sends to a debugger, as bytes that somebody passes on, or a probe reads.
 
 use std::io::{Read, stdin};
 use std::net::TcpStream;
@@ -54,7 +54,7 @@ pub fn of_tcp(address: &str, reading: Reading) -> anyhow::Result<Connection> {
 }
 
 /// Reads bytes until they end, or nobody listens.
-fn open(mut bytes: Box<dyn Read + Send>, name: String, reading: Reading) -> Connection {
+pub fn open(mut bytes: Box<dyn Read + Send>, name: String, reading: Reading) -> Connection {
     let (sender, told) = mpsc::channel();
     let rate_hz = reading.rate_hz;
     let source = name.clone();

@@ -1,9 +1,9 @@
 //! What a gripper tells, whatever it is watched by, and what can be wished of it.
 //!
 //! ```text
-//! virtual, tty, tcp, defmt, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file
-//!                                                  └─ wishes ─► grip, release, set, … (registers), and what happens to the
-//!                                                               virtual gripper
+//! virtual, tty, tcp, defmt, probe, file ─► source ─► Connection ─┬─ told ───► observations, events, settings, ticks ─► recorder ─► file, live
+//!                                                         └─ wishes ─► grip, release, set, … (registers), and what happens to the
+//!                                                                      virtual gripper
 //! file ─► recording ─► rerun (the controller does it again), verdicts (what differs)
 //! ```
 #![forbid(unsafe_code)]
@@ -23,8 +23,12 @@ pub mod schema;
 mod frames;
 mod messages;
 
+mod encoder;
+
 pub mod create;
 mod csv_file;
+#[cfg(feature = "live")]
+mod live;
 pub mod mcap_file;
 
 pub mod recorder;
@@ -51,6 +55,8 @@ mod gripper;
 mod line;
 #[cfg(unix)]
 mod playback;
+#[cfg(all(unix, feature = "probe"))]
+mod probe;
 
 #[cfg(unix)]
 pub mod source;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
 use mcap::records::MessageHeader;
@@ -12,66 +12,21 @@ use mcap::sans_io::LinearReaderOptions;
 use mcap::{Channel, Compression, McapError, WriteOptions};
 
 use crate::create::create;
-use crate::frames;
-use crate::messages::{self, EVENT, FRAMES, PROVENANCE, SETTINGS_IN_USE, SNAPSHOT, TOPICS, Topic};
-use crate::protobuf::Writer;
+use crate::encoder::{Encoder, Message};
+use crate::messages::{self, TOPICS, Topic};
 use crate::schema::{PACKAGE, descriptors};
-use crate::tick::Tick;
 use crate::told::Told;
 
 /// So much is lost at most where a recording is cut off: a chunk is written as often.
 const CHUNK: Duration = Duration::from_secs(1);
-/// So many ticks are in one message: each message takes 16 bytes of an index beside its own.
-const TICKS: usize = 100;
 
 /// An MCAP file that is being written.
 pub struct McapFile {
     writer: mcap::Writer<BufWriter<File>>,
     /// Channel of each topic, and how many messages it has, in the order of [`TOPICS`].
     channels: [(u16, u32); TOPICS.len()],
-    clock: Clock,
-    ticks: Vec<Tick>,
+    encoder: Encoder,
     chunk_began: Instant,
-}
-
-/// The gripper's clock on that of the calendar.
-#[derive(Debug, Clone, Copy)]
-struct Clock {
-    /// The gripper's start, ns since 1970; none before the first moment.
-    start_ns: Option<i64>,
-    /// The latest moment, s since that start.
-    t_s: f64,
-}
-
-/// Further back than this the gripper's clock does not jump unless it has started again, s.
-const BACK_S: f64 = 0.5;
-
-impl Clock {
-    /// A moment of the gripper's, ns since 1970.
-    fn ns(&mut self, t_s: f64) -> u64 {
-        let has_restarted = t_s < self.t_s - BACK_S;
-        let since_ns = (1e9 * t_s) as i64;
-        let start_ns = match self.start_ns {
-            Some(start_ns) if !has_restarted => start_ns,
-            _ => now_ns() - since_ns,
-        };
-        self.start_ns = Some(start_ns);
-        self.t_s = t_s;
-        (start_ns + since_ns).max(0).cast_unsigned()
-    }
-
-    /// The latest moment, or now, before the first.
-    fn latest_ns(&mut self) -> u64 {
-        match self.start_ns {
-            Some(_) => self.ns(self.t_s),
-            None => now_ns().max(0).cast_unsigned(),
-        }
-    }
-}
-
-fn now_ns() -> i64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.map_or(0, |since| since.as_nanos() as i64)
 }
 
 impl McapFile {
@@ -95,11 +50,7 @@ impl McapFile {
         Ok(Self {
             writer,
             channels,
-            clock: Clock {
-                start_ns: None,
-                t_s: 0.0,
-            },
-            ticks: Vec::new(),
+            encoder: Encoder::new(),
             chunk_began: Instant::now(),
         })
     }
@@ -109,64 +60,28 @@ impl McapFile {
     /// # Errors
     /// If the file cannot be written.
     pub fn add(&mut self, told: &Told) -> anyhow::Result<()> {
-        match told {
-            Told::Tick(tick) => self.tick(tick)?,
-            Told::Observation(seen) => {
-                let message = messages::of_observation(seen);
-                self.write(SNAPSHOT, seen.t_s, &message)?;
-            }
-            Told::Event(event) => {
-                self.write(EVENT, Some(event.t_s), &messages::of_event(event))?;
-            }
-            Told::Settings(settings) => {
-                // Ticks before these are not by them.
-                self.write_ticks()?;
-                let message = messages::of_settings(settings);
-                self.write(SETTINGS_IN_USE, settings.t_s, &message)?;
-            }
-            Told::Provenance(about) => {
-                self.write(PROVENANCE, None, &messages::of_provenance(about))?;
-            }
-            Told::Note(_) | Told::Ended(_) | Told::Failed(_) => {}
+        for message in self.encoder.take(told) {
+            self.write(&message)?;
         }
         if self.chunk_began.elapsed() >= CHUNK {
             self.chunk_began = Instant::now();
-            self.write_ticks()?;
+            self.write_gathered()?;
             self.writer.flush()?;
         }
         Ok(())
     }
 
-    fn tick(&mut self, tick: &Tick) -> anyhow::Result<()> {
-        let follows = |last: &Tick| last.number.checked_add(1) == Some(tick.number);
-        if !self.ticks.last().is_none_or(follows) {
-            self.write_ticks()?;
+    fn write_gathered(&mut self) -> anyhow::Result<()> {
+        match self.encoder.gathered() {
+            Some(message) => self.write(&message),
+            None => Ok(()),
         }
-        self.ticks.push(*tick);
-        if self.ticks.len() >= TICKS {
-            self.write_ticks()?;
-        }
-        Ok(())
     }
 
-    fn write_ticks(&mut self) -> anyhow::Result<()> {
-        let Some(first) = self.ticks.first() else {
-            return Ok(());
-        };
-        let t_s = 1e-6 * first.now.micros() as f64;
-        let message = frames::encode(&self.ticks);
-        self.ticks.clear();
-        self.write(FRAMES, Some(t_s), &message)
-    }
-
-    /// Writes a message of a moment of the gripper's.
-    fn write(&mut self, topic: Topic, t_s: Option<f64>, message: &Writer) -> anyhow::Result<()> {
-        let log_time = match t_s {
-            Some(t_s) => self.clock.ns(t_s),
-            None => self.clock.latest_ns(),
-        };
+    fn write(&mut self, message: &Message) -> anyhow::Result<()> {
+        let log_time = message.log_time;
         let mut channels = TOPICS.iter().zip(&mut self.channels);
-        let found = channels.find(|(known, _)| **known == topic);
+        let found = channels.find(|(known, _)| **known == message.topic);
         let (_, (channel_id, count)) = found.context("a topic that is not written")?;
         let header = MessageHeader {
             channel_id: *channel_id,
@@ -176,7 +91,7 @@ impl McapFile {
         };
         *count = count.wrapping_add(1);
         self.writer
-            .write_to_known_channel(&header, message.bytes())?;
+            .write_to_known_channel(&header, message.data.bytes())?;
         Ok(())
     }
 
@@ -185,7 +100,7 @@ impl McapFile {
     /// # Errors
     /// If it cannot be written.
     pub fn finish(mut self) -> anyhow::Result<()> {
-        self.write_ticks()?;
+        self.write_gathered()?;
         self.writer.finish()?;
         Ok(())
     }
@@ -237,7 +152,7 @@ fn read_told(
         _ if others.is_empty() => bail!("it is empty: nothing was recorded"),
         _ => bail!(
             "nothing in it is of a gripper as `softgrip record` writes it (Protocol Buffers, {PACKAGE}.{}, …); it has {}",
-            SNAPSHOT.of,
+            messages::SNAPSHOT.of,
             others.into_iter().collect::<Vec<_>>().join(", ")
         ),
     }

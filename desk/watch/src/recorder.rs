@@ -1,11 +1,14 @@
-//! Recordings as they are written.
+//! Recordings as they are written, or served.
 
+use std::net::SocketAddr;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 
 use crate::create::{create, ending};
 use crate::csv_file::CsvFile;
+#[cfg(feature = "live")]
+use crate::live::Live;
 use crate::mcap_file::McapFile;
 use crate::told::Told;
 
@@ -38,6 +41,9 @@ pub enum Recorder {
     Mcap(Box<McapFile>),
     /// As CSV.
     Csv(Box<CsvFile>),
+    /// As no file, for whoever watches.
+    #[cfg(feature = "live")]
+    Live(Box<Live>),
 }
 
 impl Recorder {
@@ -55,6 +61,23 @@ impl Recorder {
         begun.with_context(|| format!("{}: cannot be written", path.display()))
     }
 
+    /// Serves what would be recorded at an address, and says at which, for port 0 is any that is free.
+    ///
+    /// # Errors
+    /// If the port is taken or may not be used, or this program is built without the feature `live`.
+    pub fn live(address: SocketAddr) -> anyhow::Result<(Self, SocketAddr)> {
+        #[cfg(feature = "live")]
+        {
+            let live = Live::open(address)?;
+            let address = live.address;
+            Ok((Self::Live(Box::new(live)), address))
+        }
+        #[cfg(not(feature = "live"))]
+        bail!(
+            "{address}: this program serves nothing live: build it with `cargo build --release -p softgrip-cli --features live`"
+        )
+    }
+
     /// Writes what is told.
     ///
     /// # Errors
@@ -63,6 +86,11 @@ impl Recorder {
         match self {
             Self::Mcap(file) => file.add(told),
             Self::Csv(file) => file.add(told),
+            #[cfg(feature = "live")]
+            Self::Live(live) => {
+                live.add(told);
+                Ok(())
+            }
         }
     }
 
@@ -74,6 +102,8 @@ impl Recorder {
         match self {
             Self::Mcap(file) => file.finish(),
             Self::Csv(file) => file.finish(),
+            #[cfg(feature = "live")]
+            Self::Live(_) => Ok(()),
         }
     }
 }

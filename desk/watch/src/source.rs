@@ -11,6 +11,8 @@ use crate::debugger::{self, Reading};
 use crate::gripper;
 use crate::line;
 use crate::playback;
+#[cfg(feature = "probe")]
+use crate::probe;
 use crate::recorder::Format;
 
 pub use crate::gripper::Virtual;
@@ -28,12 +30,22 @@ pub enum Source {
     DefmtStdin,
     /// The same, at this TCP address and port.
     DefmtTcp(String),
+    /// The same, from a chip behind a debug probe that is connected.
+    Probe {
+        /// The chip's name, as probe-rs has it.
+        chip: String,
+        /// The probe's serial number; none where only one is connected.
+        serial: Option<String>,
+    },
     /// A recording.
     File(PathBuf),
 }
 
 /// What a source may be.
-pub const SOURCES: &str = "virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, or the path of a recording that ends with .mcap or .csv";
+pub const SOURCES: &str = "virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, probe, probe:CHIP, probe:CHIP@SERIAL, or the path of a recording that ends with .mcap or .csv";
+
+/// The chip of the NUCLEO-F429ZI.
+const CHIP: &str = "STM32F429ZITx";
 
 impl FromStr for Source {
     type Err = anyhow::Error;
@@ -46,10 +58,13 @@ impl FromStr for Source {
             ("tcp", address) if is_address(address) => Self::Tcp(address.into()),
             ("defmt", "-") => Self::DefmtStdin,
             ("defmt", address) if is_address(address) => Self::DefmtTcp(address.into()),
-            ("probe", "") => bail!(
-                "a debug probe is not read here: have its own program pass RTT on, as OpenOCD's `rtt server start 9090 0`, and \
-                 name defmt:localhost:9090 with --elf"
-            ),
+            ("probe", rest) => {
+                let (chip, serial) = rest.split_once('@').unwrap_or((rest, ""));
+                Self::Probe {
+                    chip: if chip.is_empty() { CHIP } else { chip }.into(),
+                    serial: (!serial.is_empty()).then(|| serial.into()),
+                }
+            }
             _ if Format::of(Path::new(text)).is_ok() => Self::File(text.into()),
             _ => bail!("must be one of {SOURCES}"),
         })
@@ -98,6 +113,14 @@ pub fn open(source: &Source, options: &Options) -> anyhow::Result<Connection> {
         }
         Source::DefmtStdin => Ok(debugger::of_stdin(reading(options)?)),
         Source::DefmtTcp(address) => debugger::of_tcp(address, reading(options)?),
+        #[cfg(feature = "probe")]
+        Source::Probe { chip, serial } => probe::open(chip, serial.as_deref(), reading(options)?),
+        #[cfg(not(feature = "probe"))]
+        Source::Probe { .. } => bail!(
+            "this program reads no debug probe: build it with `cargo build --release -p softgrip-cli --features probe`, or \
+             have the probe's own program pass RTT on, as OpenOCD's `rtt server start 9090 0`, and name defmt:localhost:9090 \
+             with --elf"
+        ),
         Source::File(path) => playback::open(path, options.in_real_time),
     }
 }

@@ -147,7 +147,7 @@ fn repeat(context: &Context<'_>) -> anyhow::Result<Outcome> {
     let run = || closed_loop::run(context.image, &scenario, Some(2_500));
     let (first, second) = (run()?.record, run()?.record);
     let mut outcome = Outcome::default();
-    outcome.number("RTT bytes", first.rtt_bytes as f64, "");
+    outcome.number("RTT bytes", first.rtt.len() as f64, "");
     outcome.number("instructions", first.instructions as f64, "");
     outcome.must(
         first.digest == second.digest && first.ticks == second.ticks,

@@ -34,6 +34,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use ::sim::run;
 use ::sim::scenario::ObjectKind;
 use ::sim::setup::Setup;
 use anyhow::{Context, ensure};
@@ -45,7 +46,7 @@ use report::files;
 use report::parts::Parts;
 use report::provenance::Build;
 use softgrip::FINGERS;
-use softgrip::table::FingerTable;
+use softgrip::table::{FINGER, FingerTable};
 
 /// The options `--out` and `--json` that commands share.
 #[derive(Args, Default)]
@@ -174,6 +175,14 @@ fn load_recipe(path: Option<&Path>) -> anyhow::Result<Recipe> {
         name.display()
     );
     Ok(recipe)
+}
+
+/// The controller's table of the finger of a file, or the one that is built in.
+fn load_table(path: Option<&Path>) -> anyhow::Result<&'static FingerTable> {
+    match path {
+        Some(path) => run::table_of(&load_recipe(Some(path))?),
+        None => Ok(&FINGER),
+    }
 }
 
 /// Parses the kind of an object.

@@ -20,8 +20,8 @@ const RATE_HZ: f64 = 50.0;
 
 #[derive(Args)]
 pub struct PanelArgs {
-    /// Which gripper is shown: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, or the path of a
-    /// recording.
+    /// Which gripper is shown: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, probe or probe:CHIP
+    /// (with --elf), or the path of a recording.
     #[arg(long, value_name = "SOURCE")]
     from: Source,
     /// Where the page is served; port 0 is any that is free. Other machines reach it at another address than the

@@ -1,5 +1,6 @@
-//! `softgrip record`: what a gripper tells, into a file.
+//! `softgrip record`: what a gripper tells, into a file, or to Foxglove while it comes.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -13,19 +14,23 @@ use watch::mcap_file;
 use watch::recorder::{Format, Recorder};
 use watch::{Connection, Source, Told};
 
-use super::output::outln;
+use super::output::{note, outln};
 use super::source::SourceArgs;
-use super::within;
+use super::{address, within};
 
 #[derive(Args)]
 pub struct RecordArgs {
-    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:- or defmt:HOST:PORT (with --elf), or the path
-    /// of a recording, which is converted.
+    /// What is recorded: virtual, tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, probe or probe:CHIP (with
+    /// --elf), or the path of a recording, which is converted.
     #[arg(long, value_name = "SOURCE", required_unless_present = "recover")]
     from: Option<Source>,
     /// The recording, FILE.mcap or FILE.csv.
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "live")]
+    out: Option<PathBuf>,
+    /// Serve the same to Foxglove while it comes (ws://…), with or without a file; port 0 is any that is free. Needs a program
+    /// that is built with --features live.
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765", value_parser = address)]
+    live: Option<SocketAddr>,
     /// How long, as 500ms, 60s, 10min or 1h [default: until Ctrl-C].
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     length: Option<Duration>,
@@ -36,7 +41,7 @@ pub struct RecordArgs {
     #[arg(long)]
     force: bool,
     /// Write what is whole of a recording that was cut off, in place of recording.
-    #[arg(long, value_name = "BROKEN.mcap", conflicts_with = "from")]
+    #[arg(long, value_name = "BROKEN.mcap", conflicts_with_all = ["from", "live"])]
     recover: Option<PathBuf>,
     #[command(flatten)]
     source: SourceArgs,
@@ -68,21 +73,22 @@ fn duration(text: &str) -> anyhow::Result<Duration> {
 }
 
 pub fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
-    match (&args.recover, &args.from) {
-        (Some(broken), _) => recover(args, broken),
-        (None, Some(source)) => record(args, source),
-        (None, None) => bail!("say what is to be recorded: --from"),
+    match (&args.recover, &args.out, &args.from) {
+        (Some(broken), Some(out), _) => recover(args, broken, out),
+        (Some(_), None, _) => bail!("say where it is to be written: --out"),
+        (None, _, Some(source)) => record(args, source),
+        (None, _, None) => bail!("say what is to be recorded: --from"),
     }
 }
 
-fn recover(args: &RecordArgs, broken: &Path) -> anyhow::Result<ExitCode> {
-    let name = args.out.display();
+fn recover(args: &RecordArgs, broken: &Path, out: &Path) -> anyhow::Result<ExitCode> {
+    let name = out.display();
     ensure!(
-        Format::of(&args.out)? == Format::Mcap,
+        Format::of(out)? == Format::Mcap,
         "{name}: what is whole of an MCAP file is one, too: must end with .mcap"
     );
-    ensure_apart(broken, &args.out)?;
-    let read = mcap_file::recover(broken, &args.out, args.force)?;
+    ensure_apart(broken, out)?;
+    let read = mcap_file::recover(broken, out, args.force)?;
     let missing = read.missing.unwrap_or("nothing is missing".into());
     outln!(
         "{} messages of {} are in {name}; {missing}",
@@ -106,11 +112,11 @@ fn ensure_apart(read: &Path, written: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether a recording can be converted with these options.
-fn ensure_convertible(args: &RecordArgs, path: &Path) -> anyhow::Result<()> {
+/// Whether a recording can be read with these options.
+fn ensure_readable(args: &RecordArgs, path: &Path) -> anyhow::Result<()> {
     for (option, is_there) in [
         ("--rate", args.rate.is_some()),
-        ("--for", args.length.is_some()),
+        ("--for", args.length.is_some() && args.live.is_none()),
     ] {
         ensure!(
             !is_there,
@@ -118,7 +124,8 @@ fn ensure_convertible(args: &RecordArgs, path: &Path) -> anyhow::Result<()> {
             path.display()
         );
     }
-    ensure_apart(path, &args.out)
+    let out = args.out.as_deref();
+    out.map_or(Ok(()), |out| ensure_apart(path, out))
 }
 
 /// What has been recorded.
@@ -140,33 +147,43 @@ enum End {
 }
 
 fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
-    let format = Format::of(&args.out)?;
-    let is_conversion = matches!(source, Source::File(_));
+    let format = args.out.as_deref().map(Format::of).transpose()?;
     if let Source::File(path) = source {
-        ensure_convertible(args, path)?;
+        ensure_readable(args, path)?;
     }
     let is_line = matches!(source, Source::Tty(_) | Source::Tcp(_));
     let rate_hz = args.rate.unwrap_or(match format {
-        Format::Csv if !is_line => TRACE_HZ,
-        Format::Csv | Format::Mcap => EYES_HZ,
+        Some(Format::Csv) if !is_line => TRACE_HZ,
+        Some(Format::Csv | Format::Mcap) | None => EYES_HZ,
     });
     let stop = stop_on_signals().context("cannot listen to Ctrl-C")?;
+    let mut recorders = Vec::new();
+    if let Some(address) = args.live {
+        recorders.push(live(address)?);
+    }
+    let with_ticks = format == Some(Format::Mcap) || args.live.is_some();
+    // Nobody can watch a recording as fast as it is read.
+    let in_real_time = args.live.is_some();
     let connection = args
         .source
-        .open(source, rate_hz, format == Format::Mcap, false)?;
-    let mut recorder = Recorder::new(&args.out, args.force)?;
-    let name = args.out.display();
+        .open(source, rate_hz, with_ticks, in_real_time)?;
+    if let Some(out) = &args.out {
+        recorders.push(Recorder::new(out, args.force)?);
+    }
     let began = Instant::now();
     let mut count = Count::default();
-    let end = take(args, &connection, &mut recorder, &mut count, &stop);
-    // Also where nobody could be told of it.
-    let finished = recorder.finish();
-    let finished = finished.with_context(|| format!("{name}: cannot be written"));
-    let end = end.and_then(|end| finished.map(|()| end));
-    let has_all = format == Format::Mcap || count.snapshots > 0;
-    if is_conversion && !(has_all && matches!(end, Ok(End::Ended))) {
+    let end = take(args, &connection, &mut recorders, &mut count, &stop);
+    // All of them, also where nobody could be told of it.
+    let finished = recorders.into_iter().map(Recorder::finish);
+    let finished = finished.fold(Ok(()), anyhow::Result::and);
+    let end = end.and_then(|end| written(args, finished).map(|()| end));
+    let is_conversion = matches!(source, Source::File(_)) && args.live.is_none();
+    let has_all = format != Some(Format::Csv) || count.snapshots > 0;
+    let is_whole = has_all && matches!(end, Ok(End::Ended));
+    if let (true, false, Some(out)) = (is_conversion, is_whole, &args.out) {
         // A part would look like the whole.
-        std::fs::remove_file(&args.out).with_context(|| format!("{name}: cannot be removed"))?;
+        let name = out.display();
+        std::fs::remove_file(out).with_context(|| format!("{name}: cannot be removed"))?;
         match end? {
             End::Failed(why) => bail!("{why}"),
             End::Ended => bail!(
@@ -184,16 +201,24 @@ fn record(args: &RecordArgs, source: &Source) -> anyhow::Result<ExitCode> {
     }
 }
 
+/// Names the file of what went wrong in writing it.
+fn written(args: &RecordArgs, result: anyhow::Result<()>) -> anyhow::Result<()> {
+    let out = args.out.as_deref().unwrap_or(Path::new("")).display();
+    result.with_context(|| format!("{out}: cannot be written"))
+}
+
 /// Records until nothing more is to come.
 fn take(
     args: &RecordArgs,
     connection: &Connection,
-    recorder: &mut Recorder,
+    recorders: &mut [Recorder],
     count: &mut Count,
     stop: &AtomicBool,
 ) -> anyhow::Result<End> {
-    let name = args.out.display();
-    outln!("recording {} to {name}; Ctrl-C ends it", connection.name);
+    if let Some(out) = &args.out {
+        let (from, to) = (&connection.name, out.display());
+        outln!("recording {from} to {to}; Ctrl-C ends it");
+    }
     let began = Instant::now();
     loop {
         let is_long_enough = args.length.is_some_and(|length| began.elapsed() >= length);
@@ -208,9 +233,9 @@ fn take(
                 return Ok(End::Failed(why.into()));
             }
         };
-        recorder
-            .add(&told)
-            .with_context(|| format!("{name}: cannot be written"))?;
+        for recorder in &mut *recorders {
+            written(args, recorder.add(&told))?;
+        }
         match told {
             Told::Observation(_) => count.snapshots += 1,
             Told::Tick(_) => count.ticks += 1,
@@ -226,24 +251,48 @@ fn take(
     }
 }
 
+/// Serves at an address, and says how it is reached.
+fn live(address: SocketAddr) -> anyhow::Result<Recorder> {
+    let (live, address) = Recorder::live(address)?;
+    outln!(
+        "live at ws://{address}, for Foxglove's connection \"Foxglove WebSocket\"; Ctrl-C ends it"
+    );
+    if !address.ip().is_loopback() {
+        note(format_args!(
+            "{address}: whoever reaches this address can watch"
+        ));
+    }
+    Ok(live)
+}
+
 /// What has been recorded, and how large it is.
-fn tell(args: &RecordArgs, format: Format, count: &Count, length: Duration) -> anyhow::Result<()> {
-    let name = args.out.display();
-    let megabytes = 1e-6 * std::fs::metadata(&args.out)?.len() as f64;
+fn tell(
+    args: &RecordArgs,
+    format: Option<Format>,
+    count: &Count,
+    length: Duration,
+) -> anyhow::Result<()> {
     let Count {
         snapshots,
         ticks,
         events,
     } = count;
-    let ticks_kept = match format {
-        Format::Mcap => format!(", {ticks} ticks"),
-        Format::Csv => String::new(),
+    let length_s = length.as_secs_f64();
+    let has_ticks = format != Some(Format::Csv);
+    let told = match has_ticks {
+        true => {
+            format!("{snapshots} snapshots, {ticks} ticks and {events} events in {length_s:.1} s")
+        }
+        false => format!("{snapshots} snapshots and {events} events in {length_s:.1} s"),
     };
-    outln!(
-        "{name}: {snapshots} snapshots{ticks_kept} and {events} events in {:.1} s; {megabytes:.3} MB",
-        length.as_secs_f64(),
-    );
-    if format == Format::Csv && *ticks > 0 {
+    match &args.out {
+        Some(out) => {
+            let megabytes = 1e-6 * std::fs::metadata(out)?.len() as f64;
+            outln!("{}: {told}; {megabytes:.3} MB", out.display());
+        }
+        None => outln!("{told}"),
+    }
+    if !has_ticks && *ticks > 0 {
         outln!("{ticks} ticks were left out: a CSV file has snapshots alone");
     }
     Ok(())

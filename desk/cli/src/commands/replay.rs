@@ -21,7 +21,7 @@ use watch::rerun::{Difference, Outcome, Rerun};
 use watch::{Observation, Told};
 
 use super::output::outln;
-use super::{Controls, load_recipe, output};
+use super::{Controls, load_table, output};
 
 #[derive(Args)]
 pub struct ReplayArgs {
@@ -70,7 +70,7 @@ const SLOW_S: f64 = 0.0105;
 const SLOW_FOLLOWING_MS: f32 = 400.0;
 
 pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
-    let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
+    let table = load_table(args.recipe.as_deref())?;
     let began = Instant::now();
     let is_recording = ending(&args.trace) == "mcap";
     anyhow::ensure!(
@@ -116,7 +116,7 @@ pub fn trace_events(path: &Path) -> anyhow::Result<Vec<TimedEvent>> {
         from_hardware_frames: false,
         json: false,
     };
-    let table = run::table_of(&load_recipe(None)?)?;
+    let table = load_table(None)?;
     Ok(of_trace(&args, table, trace::read(path)?)?.events)
 }
 

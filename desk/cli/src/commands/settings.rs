@@ -4,12 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use ::settings::page;
-use ::sim::run;
 use clap::{Args, Subcommand};
 use softgrip::settings::Settings;
 
 use super::output::{out, outln};
-use super::{Controls, load_recipe};
+use super::{Controls, load_table};
 
 #[derive(Args)]
 pub struct SettingsArgs {
@@ -49,7 +48,7 @@ pub fn run(args: &SettingsArgs) -> anyhow::Result<ExitCode> {
     match &args.action {
         Action::Print(args) => out!("{}", text(args)?),
         Action::Check(args) => {
-            let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
+            let table = load_table(args.recipe.as_deref())?;
             let stated = ::settings::file::read(&args.file, table.max_pressure_kpa)?;
             let (file, count) = (args.file.display(), stated.len());
             outln!("{file}: {count} settings, all right for {}", table.recipe);
@@ -61,7 +60,7 @@ pub fn run(args: &SettingsArgs) -> anyhow::Result<ExitCode> {
 
 /// The settings of the finger and the file, with what is to be known of each.
 fn text(args: &PrintArgs) -> anyhow::Result<String> {
-    let table = run::table_of(&load_recipe(args.recipe.as_deref())?)?;
+    let table = load_table(args.recipe.as_deref())?;
     let settings = Settings::for_finger(table)
         .with(&args.controls.stated(table)?, table)
         .map_err(|error| anyhow::anyhow!("settings: {error}"))?;

@@ -90,7 +90,7 @@ pub struct SourceArgs {
     /// The gripper's id on the bus.
     #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u8).range(1..=247))]
     id: u8,
-    /// The ELF file of the image that runs, for a debugger's stream (defmt:-, defmt:HOST:PORT).
+    /// The ELF file of the image that runs, for a debugger's stream (defmt:-, defmt:HOST:PORT, probe).
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
     #[command(flatten)]
