@@ -244,7 +244,16 @@ impl Reader<'_> {
         let Ok(values) = Values::DEFAULT.with(&stated, table_kpa) else {
             return;
         };
-        for problem in values.problems(table_kpa) {
+        // A grip is judged by what the highest pressure can be, not by one that is refused itself.
+        let mut possible = values;
+        let _ = possible.set(100, values.highest_kpa(table_kpa));
+        let own = values
+            .problems(table_kpa)
+            .filter(|problem| problem.number != 400);
+        let grip = possible
+            .problems(table_kpa)
+            .filter(|problem| problem.number == 400);
+        for problem in own.chain(grip) {
             let entries = self.entries.iter();
             for entry in entries.filter(|entry| entry.number == problem.number) {
                 let by = match entry.number {

@@ -104,7 +104,7 @@ impl Report {
         for (step, name, expected) in STEPS {
             let _ = write!(
                 page,
-                "\n## {name}\n\nExpected: {expected}.\n\n| what | expected | seen | verdict | look at |\n| --- | --- | --- | --- | --- |\n"
+                "\n## {name}\n\nExpected: {expected}.\n\n| what | expected | seen | verdict | advice |\n| --- | --- | --- | --- | --- |\n"
             );
             for finding in self.findings.iter().filter(|finding| finding.step == step) {
                 let cells = [

@@ -54,7 +54,7 @@ fn a_loss_is_read_out_as_a_trace_that_replays_to_the_same_loss() {
     let (script, trace) = (path("script.toml"), path("loss.csv"));
     std::fs::write(
         &script,
-        "[[step]]\nwhen = { event = \"holding\" }\nafter_s = 1.0\nobject = \"pull out\"\n",
+        "[[step]]\nwhen = { event = \"holding\" }\nafter_s = 0.3\nobject = \"pull out\"\n",
     )
     .expect("a script");
     let (mut child, address) = serving(&script);

@@ -43,6 +43,20 @@ fn a_gripper_passes_and_its_report_is_kept() {
     assert_eq!(kept, page);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_report_that_does_not_fit_on_the_disk_keeps_nobody_from_the_result() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let report = dir.path().join("board.md");
+    std::os::unix::fs::symlink("/dev/full", &report).expect("a link");
+    let full = check(dir.path(), &["--yes", "--out", "board.md", "--force"]);
+    assert_eq!(full.status.code(), Some(2), "{}", said(&full));
+    for expected in ["the gripper has passed", "board.md: cannot be written"] {
+        assert!(said(&full).contains(expected), "{}", said(&full));
+    }
+    assert!(!report.exists());
+}
+
 #[test]
 fn a_gripper_that_fails_ends_with_one_and_its_report_names_the_fault() {
     let dir = tempfile::tempdir().expect("a directory");

@@ -265,6 +265,13 @@ fn wrong_options_are_refused_with_what_would_be_right() {
         &["leak@100s", "must begin before"],
     );
     refused(&["fly"], &["fly"]);
+    #[cfg(unix)]
+    for args in [
+        ["serve", "--tcp", "localhost:5020"].as_slice(),
+        &["panel", "--from", "virtual", "--listen", "8080"],
+    ] {
+        refused(args, &["an IP address and a port, as in 127.0.0.1:8080"]);
+    }
     refused(
         &["table", "--pressure", "60,170"],
         &["--pressure 170", "within 0 and 160"],
@@ -291,6 +298,12 @@ fn a_settings_file_that_cannot_be_written_is_refused_before_the_sweep() {
         let path = path.to_str().expect("a path in UTF-8");
         refused(&["calibrate", "--out", path], &[path, words]);
     }
+    let mine = dir.path().join("mine.toml");
+    std::fs::write(&mine, "version = 1 # mine\n").expect("a file");
+    let path = mine.to_str().expect("a path in UTF-8");
+    refused(&["calibrate", "--out", path], &[path, "is there already"]);
+    let kept = std::fs::read_to_string(&mine).expect("a file");
+    assert_eq!(kept, "version = 1 # mine\n");
 }
 
 #[test]

@@ -53,7 +53,7 @@ fn what_cannot_be_served_is_refused_with_what_would_be_right() {
         ),
         (
             vec!["--from", "virtual", "--listen", "here"],
-            "invalid socket address",
+            "must be an IP address and a port, as in",
         ),
         (
             [&["--from", "tty:/nowhere"][..], &free].concat(),

@@ -6,6 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use watch::Told;
+use watch::recorder::Recorder;
+use watch::told::EventTold;
+
 /// Patience with a machine that has much else to do.
 const LONG: Duration = Duration::from_secs(120);
 
@@ -169,9 +173,13 @@ fn ctrl_c_ends_a_recording_and_other_settings_show_what_would_have_been() {
     );
 
     // At 50 Hz a loss may be missed, and that is said.
-    bench.says(
+    let text = bench.says(
         0,
         &["record", "--from", "grasps.mcap", "--out", "grasps.csv"],
+    );
+    assert!(
+        text.contains("ticks were left out: a CSV file has snapshots alone"),
+        "{text}"
     );
     let text = bench.says(0, &["replay", "grasps.csv"]);
     assert!(
@@ -213,6 +221,18 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
         (&["--from", "virtual"], "--out"),
         (&["--from", "virtual", "--live", "8765"], "--live"),
         (
+            &["--from", "there.mcap", "--out", "a.csv", "--rate", "100"],
+            "--rate: is for a gripper that tells something now",
+        ),
+        (
+            &["--from", "there.mcap", "--out", "a.csv", "--for", "1s"],
+            "--for: is for a gripper that tells something now",
+        ),
+        (
+            &["--recover", "there.mcap", "--out", "a.csv"],
+            "a.csv: what is whole of an MCAP file is one, too: must end with .mcap",
+        ),
+        (
             &["--recover", "there.mcap", "--out", "b.mcap"],
             "not an MCAP file",
         ),
@@ -251,4 +271,101 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
         text.contains("no.jsonl: line 1: must be an event"),
         "{text}"
     );
+}
+
+/// Three rows of a recording.
+const ROWS: &str =
+    "t_s,strain1_ue,pressure_kpa,events\n0.001,1,0,\n0.002,2,0,contact\n0.003,3,0,\n";
+
+#[test]
+fn a_recording_is_never_written_over_while_it_is_read() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("only.csv"), ROWS).expect("room");
+    bench.says(0, &["record", "--from", "only.csv", "--out", "only.mcap"]);
+    let mcap = std::fs::read(bench.path("only.mcap")).expect("a recording");
+    for args in [
+        ["--from", "only.csv", "--out", "./only.csv"],
+        ["--from", "only.mcap", "--out", "./only.mcap"],
+        ["--recover", "only.mcap", "--out", "./only.mcap"],
+    ] {
+        let text = bench.says(2, &[&["record", "--force"][..], &args].concat());
+        assert!(text.contains("--out must name another file"), "{text}");
+    }
+    let csv = std::fs::read_to_string(bench.path("only.csv")).expect("a recording");
+    assert_eq!(csv, ROWS);
+    assert_eq!(std::fs::read(bench.path("only.mcap")).expect("one"), mcap);
+}
+
+#[test]
+fn a_recording_that_cannot_be_converted_leaves_no_part_of_one() {
+    let bench = Bench::new();
+    let wrong = format!("{ROWS}0.004,x,0,\n0.005,5,0,\n");
+    for (content, expected) in [
+        (
+            wrong.as_str(),
+            "line 5: strain1_ue = \"x\": must be a number",
+        ),
+        ("t_s,strain1_ue\n", "it has no rows: nothing was recorded"),
+        ("time,foo\n1,2\n", "no column t_s"),
+    ] {
+        std::fs::write(bench.path("bad.csv"), content).expect("room");
+        let text = bench.says(2, &["record", "--from", "bad.csv", "--out", "out.mcap"]);
+        assert!(text.contains(expected), "{text}");
+        assert!(!bench.path("out.mcap").exists(), "{text}");
+    }
+    let mut recorder = Recorder::new(&bench.path("events.mcap"), false).expect("a file");
+    let event = EventTold {
+        t_s: 1.0,
+        name: "holding".into(),
+        text: "holding".into(),
+    };
+    recorder.add(&Told::Event(event)).expect("room");
+    recorder.finish().expect("room");
+    let text = bench.says(2, &["record", "--from", "events.mcap", "--out", "out.csv"]);
+    assert!(text.contains("events.mcap: has no snapshots"), "{text}");
+    assert!(!bench.path("out.csv").exists(), "{text}");
+}
+
+#[test]
+fn a_csv_recording_with_a_torn_last_line_is_read_up_to_it() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("torn.csv"), format!("{ROWS}0.004,4")).expect("room");
+    let text = bench.says(0, &["record", "--from", "torn.csv", "--out", "whole.mcap"]);
+    for expected in [
+        "torn.csv: the last line has no end",
+        "3 snapshots",
+        "contact",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+}
+
+#[test]
+fn a_name_in_capitals_is_the_same_format() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("LOG.CSV"), ROWS).expect("room");
+    let text = bench.says(0, &["record", "--from", "LOG.CSV", "--out", "LOG.MCAP"]);
+    assert!(text.contains("3 snapshots, 0 ticks and 1 events"), "{text}");
+    let text = bench.says(2, &["replay", "LOG.MCAP", "--from-hardware-frames"]);
+    assert!(text.contains("LOG.MCAP: has no ticks"), "{text}");
+    let text = bench.says(0, &["diff", "LOG.MCAP", "LOG.MCAP"]);
+    assert!(text.contains("the same: 1 events"), "{text}");
+}
+
+/// A file that takes nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_named_with_the_file_that_does_not_fit() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("rows.csv"), ROWS).expect("room");
+    for name in ["full.csv", "full.mcap"] {
+        std::os::unix::fs::symlink("/dev/full", bench.path(name)).expect("a link");
+        let args = ["record", "--from", "rows.csv", "--force", "--out", name];
+        let text = bench.says(2, &args);
+        let expected = format!("{name}: cannot be written");
+        assert!(
+            text.contains(&expected) && text.contains("No space"),
+            "{text}"
+        );
+    }
 }

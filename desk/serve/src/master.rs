@@ -1,6 +1,6 @@
 //! The other end of the line: a master that reads and writes a gripper's registers, a real one's or the virtual one's.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::os::unix::fs::OpenOptionsExt;
@@ -67,13 +67,18 @@ impl Master {
     /// Opens a serial port, or a pseudo-terminal.
     ///
     /// # Errors
-    /// If it is not there, is none, or does not go at this rate.
+    /// If it is not there, is none, is in use, or does not go at this rate.
     pub fn open(path: &Path, baud: u32, id: u8) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         let mut options = OpenOptions::new();
         options.custom_flags(OFlags::NOCTTY.bits().cast_signed());
         let file = options.read(true).write(true).open(path);
         let file = file.with_context(|| format!("{name}: cannot open"))?;
+        // Two masters on a line take each other's answers.
+        ensure!(
+            !matches!(file.try_lock(), Err(TryLockError::WouldBlock)),
+            "{name}: another program speaks on it: end that first"
+        );
         let mut attributes =
             tcgetattr(&file).with_context(|| format!("{name}: not a serial port"))?;
         attributes.make_raw();
@@ -162,15 +167,18 @@ impl Master {
         for _ in 0..TRIES {
             let answer = self.exchange(&frame, length);
             let answer = answer.with_context(|| format!("{}: the line is gone", self.name))?;
-            if answer.len() >= 5 && answer[0] == self.id && crc(&answer) == 0 {
-                if answer[1] == request[0] {
-                    return Ok(answer);
-                }
+            if answer.first() != Some(&self.id) || crc(&answer) != 0 {
+                continue;
+            }
+            if is_refusal(&answer, request) {
                 let refused = Refused {
                     address: u16::from_be_bytes([request[1], request[2]]),
                     exception: answer[2],
                 };
                 return Err(anyhow!(refused).context(self.name.clone()));
+            }
+            if answer.len() == length && is_answer(&answer, request) {
+                return Ok(answer);
             }
         }
         bail!(
@@ -183,13 +191,16 @@ impl Master {
     /// Sends a frame, and receives so many bytes, an exception, or what has come when nothing more does.
     fn exchange(&mut self, frame: &[u8], length: usize) -> anyhow::Result<Vec<u8>> {
         match &mut self.line {
+            // An answer that came too late is none to this.
             Line::Tty(file) => {
                 tcflush(&*file, QueueSelector::IFlush)?;
                 file.write_all(frame)?;
             }
-            Line::Tcp(stream) => stream.write_all(frame)?,
+            Line::Tcp(stream) => {
+                forget(stream)?;
+                stream.write_all(frame)?;
+            }
             Line::Pipe(pipe) => {
-                // An answer that came too late is none to this.
                 while pipe.read(&mut [0; 256]) > 0 {}
                 pipe.write(frame);
             }
@@ -229,7 +240,110 @@ impl Master {
     }
 }
 
+/// Whether an answer with a right checksum says that the request is refused.
+fn is_refusal(answer: &[u8], request: &[u8]) -> bool {
+    answer.len() == 5 && answer[1] == request[0] | 0x80
+}
+
+/// Whether an answer with a right checksum is to this request: of a read it has so many bytes, of a write where it was
+/// and what. Another's answer is none.
+fn is_answer(answer: &[u8], request: &[u8]) -> bool {
+    answer[1] == request[0]
+        && match request[0] {
+            3 => usize::from(answer[2]) + 5 == answer.len(),
+            _ => answer[2..6] == request[1..5],
+        }
+}
+
+/// Drops what has come so far.
+fn forget(stream: &mut TcpStream) -> std::io::Result<()> {
+    stream.set_nonblocking(true)?;
+    let dropped = loop {
+        match stream.read(&mut [0; 256]) {
+            // That it was closed is seen when it is read.
+            Ok(0) => break Ok(()),
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => break Ok(()),
+            Err(error) => break Err(error),
+        }
+    };
+    stream.set_nonblocking(false)?;
+    dropped
+}
+
 fn words([first, second]: [u16; 2]) -> [u8; 4] {
     let ([a, b], [c, d]) = (first.to_be_bytes(), second.to_be_bytes());
     [a, b, c, d]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+    use std::thread;
+
+    use super::*;
+
+    /// A frame of slave 9 with its checksum.
+    fn frame(bytes: &[u8]) -> Vec<u8> {
+        let mut frame = [&[9], bytes].concat();
+        frame.extend(crc(&frame).to_le_bytes());
+        frame
+    }
+
+    /// A master of somebody who answers each request, all of 8 bytes, with the next of these.
+    fn answered_with(answers: Vec<Vec<u8>>) -> (Master, thread::JoinHandle<()>) {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("a port").to_string();
+        let slave = thread::spawn(move || {
+            let (mut client, _) = listener.accept().expect("a client");
+            for answer in answers {
+                client.read_exact(&mut [0; 8]).expect("a request");
+                client.write_all(&answer).expect("it listens");
+            }
+        });
+        (Master::connect(&address, 9).expect("it is there"), slave)
+    }
+
+    #[test]
+    fn an_answer_to_another_request_is_none() {
+        let right = frame(&[3, 4, 0, 1, 0, 2]);
+        // Of one register in place of two; of a write; a refusal of one.
+        let others = [
+            frame(&[3, 2, 0, 7]),
+            frame(&[6, 0x11, 0x04, 0, 1, 0]),
+            frame(&[0x86, 3]),
+        ];
+        for other in others {
+            let (mut master, slave) = answered_with(vec![other, right.clone()]);
+            assert_eq!(master.read(0x1000, 2).expect("an answer"), [1, 2]);
+            slave.join().expect("it ends");
+        }
+        let echo = |value| frame(&[6, 0x11, 0x04, 0, value]);
+        let (mut master, slave) = answered_with(vec![echo(4), echo(1)]);
+        master.write(0x1104, 1).expect("an answer");
+        slave.join().expect("it ends");
+    }
+
+    #[test]
+    fn what_came_after_an_answer_is_none_to_the_next_request() {
+        let answer = |value| frame(&[3, 2, 0, value]);
+        let twice = [answer(1), answer(66)].concat();
+        let (mut master, slave) = answered_with(vec![twice, answer(2)]);
+        assert_eq!(master.read(0x1000, 1).expect("an answer"), [1]);
+        assert_eq!(master.read(0x1001, 1).expect("an answer"), [2]);
+        slave.join().expect("it ends");
+    }
+
+    #[test]
+    fn a_line_on_which_another_program_speaks_is_not_taken() {
+        let mut port = crate::port::Port::tty(None).expect("a pseudo-terminal");
+        let name = port.name();
+        let first = Master::open(name.as_ref(), 115_200, 9).expect("it is free");
+        let second = Master::open(name.as_ref(), 115_200, 9).err();
+        let error = format!("{:#}", second.expect("it is taken"));
+        assert!(error.contains("another program speaks on it"), "{error}");
+        drop(first);
+        assert!(Master::open(name.as_ref(), 115_200, 9).is_ok());
+        port.wait(Duration::ZERO);
+    }
 }

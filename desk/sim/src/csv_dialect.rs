@@ -204,13 +204,16 @@ fn header_of(line: usize, text: &str, wanted: &[Wanted]) -> Result<Header, Misma
 
 fn lacks(line: usize, name: &str, separator: Option<char>, wanted: &[Wanted]) -> anyhow::Error {
     let names: Vec<&str> = wanted.iter().map(|wanted| wanted.name).collect();
-    let split = separator.map_or(String::new(), |separator| {
-        format!(" between its {}s", text::name(separator))
-    });
-    anyhow::anyhow!(
-        "line {line}: no column {name}{split}; the header must name {}",
-        names.join(",")
-    )
+    let names = names.join(",");
+    match separator {
+        Some(separator) => anyhow::anyhow!(
+            "line {line}: no column {name} between its {}s; the header must name {names}",
+            text::name(separator)
+        ),
+        None => anyhow::anyhow!(
+            "line {line}: no column {name}; the header must name {names}, separated by commas, semicolons, tabs or blanks"
+        ),
+    }
 }
 
 /// How the lines below the header are parsed.
@@ -360,7 +363,7 @@ impl Body {
         // Spreadsheets write a typographic minus.
         let plain = cell.replace(',', ".").replace('\u{2212}', "-");
         let number = plain.parse().ok().filter(|value: &f64| value.is_finite());
-        number.context("must be a finite number")
+        number.context("must be a finite number, or empty where there is none")
     }
 
     /// Counts them, by column.

@@ -120,7 +120,13 @@ fn fill(table: &Table, times: &[f64], notes: &mut Vec<String>) -> anyhow::Result
             let run = at..end.unwrap_or(times.len());
             let (from, to) = (before.unwrap_or(0), run.end.min(times.len() - 1));
             let low = before.or(end).and_then(cell);
-            let low = low.with_context(|| format!("{name}: every cell is empty"))?;
+            let low = low.with_context(|| {
+                let why = match (1..=FINGERS).contains(&i) {
+                    true => ": what is read over the bus has residuals, and no strains",
+                    false => "",
+                };
+                format!("{name}: every cell is empty{why}")
+            })?;
             let high = end.and_then(cell).unwrap_or(low);
             let is_long = times[to] - times[from] > GAP_S;
             let (is_gauge, is_setpoint) = ((1..=FINGERS).contains(&i), i == SETPOINT);

@@ -1,4 +1,4 @@
-//! Files that are made, and take the place of none without being told to.
+//! Files that are made, and take the place of none without being told to; what a file is, by its name.
 
 use std::fs::{File, OpenOptions};
 use std::io::ErrorKind;
@@ -24,4 +24,10 @@ pub fn create(path: &Path, may_replace: bool) -> anyhow::Result<File> {
         ),
         made => made.with_context(|| format!("{}: cannot be written", path.display())),
     }
+}
+
+/// The end of a file's name, as `csv`, in lower case: some loggers write `.CSV`. Empty if there is none.
+pub fn ending(path: &Path) -> String {
+    let end = path.extension().and_then(|end| end.to_str());
+    end.unwrap_or_default().to_lowercase()
 }

@@ -83,22 +83,32 @@ impl CsvFile {
     }
 }
 
-/// Reads a recording; `take` gets what is told, in its order. Columns may be missing, and others are ignored.
+/// Reads a recording; `take` gets what is told, in its order. Columns may be missing, and others are ignored. A last line
+/// that was cut off is left out, and told as a note.
 ///
 /// # Errors
-/// If the file cannot be read, has no time, or a cell is none of its column; the message names the line. Or if `take`
-/// fails.
+/// If the file cannot be read, has no time or no rows, or a cell is none of its column; the message names the line. Or if
+/// `take` fails.
 pub fn read(path: &Path, take: &mut impl FnMut(Told) -> anyhow::Result<()>) -> anyhow::Result<()> {
-    let reader = csv::Reader::from_path(path);
-    let mut reader = reader.with_context(|| format!("{}", path.display()))?;
-    let rows = read_rows(&mut reader, take);
-    rows.with_context(|| format!("{}", path.display()))
+    let name = || path.display().to_string();
+    let bytes = std::fs::read(path).with_context(name)?;
+    let end = bytes.iter().rposition(|byte| *byte == b'\n');
+    let (whole, cut) = bytes.split_at(end.map_or(0, |end| end + 1));
+    read_rows(whole, take).with_context(name)?;
+    if !cut.is_empty() {
+        take(Told::Note(format!(
+            "{}: the last line has no end: it was cut off, and is left out",
+            name()
+        )))?;
+    }
+    Ok(())
 }
 
 fn read_rows(
-    reader: &mut csv::Reader<File>,
+    bytes: &[u8],
     take: &mut impl FnMut(Told) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
+    let mut reader = csv::Reader::from_reader(bytes);
     let header = reader.headers()?.clone();
     let columns: Vec<Option<&Field>> = header
         .iter()
@@ -108,8 +118,10 @@ fn read_rows(
         columns.iter().flatten().any(|field| field.name == "t_s"),
         "no column t_s: `softgrip telemetry` lists the columns of a recording; foreign traces are for `softgrip replay`"
     );
+    let mut has_rows = false;
     for row in reader.records() {
         let row = row?;
+        has_rows = true;
         let line = row.position().map_or(0, csv::Position::line);
         let mut seen = Observation::default();
         for (field, text) in columns.iter().zip(&row) {
@@ -131,16 +143,23 @@ fn read_rows(
             }))?;
         }
     }
+    ensure!(has_rows, "it has no rows: nothing was recorded");
     Ok(())
 }
 
 /// Puts a cell into an observation.
 fn parse(field: &Field, text: &str, seen: &mut Observation) -> anyhow::Result<()> {
     let name = field.name;
-    let wrong = || format!("{name} = {text:?}: must be a number");
+    let wrong = || format!("{name} = {text:?}: must be a number, or empty where there is none");
     match ((field.place)(seen), field.kind) {
-        (Place::Double(place), _) => *place = Some(text.parse().with_context(wrong)?),
-        (Place::Float(place), _) => *place = Some(text.parse().with_context(wrong)?),
+        (Place::Double(place), _) => {
+            let number = text.parse().ok().filter(|value: &f64| value.is_finite());
+            *place = Some(number.with_context(wrong)?);
+        }
+        (Place::Float(place), _) => {
+            let number = text.parse().ok().filter(|value: &f32| value.is_finite());
+            *place = Some(number.with_context(wrong)?);
+        }
         (Place::Whole(place), Kind::Choice(words)) => {
             let known = words.iter().position(|word| *word == text);
             let number = known.with_context(|| {

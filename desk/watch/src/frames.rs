@@ -127,7 +127,10 @@ pub fn decode(message: &[u8]) -> anyhow::Result<Vec<Tick>> {
         let code = |column: usize| columns[column][at];
         if let Some(before) = at.checked_sub(1) {
             let since_us = PERIOD_US + i64::from(later_us[before]);
-            t_us += u64::try_from(since_us).context("time runs backwards")?;
+            let since_us = u64::try_from(since_us).context("time runs backwards")?;
+            t_us = t_us
+                .checked_add(since_us)
+                .context("a time is out of range")?;
         }
         ticks.push(Tick {
             number: number.wrapping_add(place),
@@ -297,5 +300,17 @@ mod tests {
             message.signed(field, [-1].into_iter());
         }
         assert!(decode(message.bytes()).is_err());
+    }
+
+    #[test]
+    fn a_time_beyond_the_clocks_end_is_refused() {
+        let mut message = Writer::new();
+        message.whole(2, u64::MAX);
+        message.signed(3, [0].into_iter());
+        for field in 4..12 {
+            message.signed(field, [1, 0].into_iter());
+        }
+        let error = decode(message.bytes()).expect_err("no such time");
+        assert!(error.to_string().contains("out of range"), "{error}");
     }
 }

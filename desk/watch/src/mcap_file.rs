@@ -1,15 +1,15 @@
 //! Recordings as MCAP files (mcap.dev), which Foxglove, Lichtblick and PlotJuggler open as they are.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use mcap::records::MessageHeader;
 use mcap::sans_io::LinearReaderOptions;
-use mcap::{Compression, WriteOptions};
+use mcap::{Channel, Compression, McapError, WriteOptions};
 
 use crate::create::create;
 use crate::encoder::{Encoder, Message};
@@ -118,19 +118,54 @@ pub struct Read {
 /// Reads a recording; `take` gets what is told, in its order. What is whole of a file that was cut off is read.
 ///
 /// # Errors
-/// If the file cannot be read, is none, or has a message that is none of a gripper's; or if `take` fails.
+/// If the file cannot be read, is none, or has nothing of a gripper, or a message that is none; or if `take` fails.
 pub fn read(
     path: &Path,
     take: &mut impl FnMut(Told) -> anyhow::Result<()>,
 ) -> anyhow::Result<Read> {
     let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
-    read_messages(&bytes, &mut |message| {
+    read_told(&bytes, take).with_context(|| format!("{}", path.display()))
+}
+
+fn read_told(
+    bytes: &[u8],
+    take: &mut impl FnMut(Told) -> anyhow::Result<()>,
+) -> anyhow::Result<Read> {
+    let mut others = BTreeSet::new();
+    let mut is_a_grippers = false;
+    let read = read_messages(bytes, &mut |message| {
         let topic = &message.channel.topic;
+        if !is_ours(&message.channel) {
+            others.insert(topic.clone());
+            return Ok(());
+        }
+        is_a_grippers = true;
         let told = messages::read(topic, &message.data)
             .with_context(|| format!("topic {topic}, message {}", message.sequence))?;
         told.into_iter().try_for_each(&mut *take)
-    })
-    .with_context(|| format!("{}", path.display()))
+    })?;
+    match (&read.missing, is_a_grippers) {
+        (_, true) => Ok(read),
+        (Some(missing), false) if others.is_empty() => {
+            bail!("nothing of a gripper is whole in it: {missing}")
+        }
+        _ if others.is_empty() => bail!("it is empty: nothing was recorded"),
+        _ => bail!(
+            "nothing in it is of a gripper as `softgrip record` writes it (Protocol Buffers, {PACKAGE}.{}, …); it has {}",
+            messages::SNAPSHOT.of,
+            others.into_iter().collect::<Vec<_>>().join(", ")
+        ),
+    }
+}
+
+/// Whether the messages of a channel are those of a gripper. Other programs have topics of the same names.
+fn is_ours(channel: &Channel<'_>) -> bool {
+    let known = TOPICS.iter().find(|known| known.name == channel.topic);
+    let schema = channel.schema.as_ref();
+    channel.message_encoding == "protobuf"
+        && known
+            .zip(schema)
+            .is_some_and(|(known, schema)| schema.name == format!("{PACKAGE}.{}", known.of))
 }
 
 /// Reads messages as far as they are whole.
@@ -147,6 +182,8 @@ fn read_messages(
         .with_skip_end_magic(true)
         .with_prevalidate_chunk_crcs(true);
     let stream = mcap::io::MessageReader::new_with_options(bytes, options);
+    // A file that is whole ends with a footer.
+    let has_end = mcap::read::footer(bytes).is_ok();
     let mut messages = 0;
     for message in stream {
         match message {
@@ -154,34 +191,37 @@ fn read_messages(
                 messages += 1;
                 take(&message)?;
             }
+            Err(McapError::UnsupportedCompression(what)) => bail!(
+                "its chunks are compressed by {what}, and must be by lz4 or not at all: `mcap compress --compression lz4` makes \
+                 them so"
+            ),
             Err(error) => {
-                let missing = missing(&error, messages);
+                let what = match has_end {
+                    true => "it is damaged",
+                    false => CUT,
+                };
                 return Ok(Read {
                     messages,
-                    missing: Some(missing),
+                    missing: Some(format!(
+                        "{what}, and after {messages} messages nothing more is whole ({error})"
+                    )),
                 });
             }
         }
     }
-    // A file that is whole ends with a footer.
-    let is_whole = mcap::read::footer(bytes).is_ok();
     Ok(Read {
         messages,
-        missing: (!is_whole).then(|| CUT.into()),
+        missing: (!has_end).then(|| CUT.into()),
     })
 }
 
 const CUT: &str = "its end is missing: whoever recorded it did not finish it";
 
-/// What an error says about the rest of the file.
-fn missing(error: &mcap::McapError, messages: u64) -> String {
-    format!("{CUT}, and after {messages} messages nothing more is whole ({error})")
-}
-
 /// Writes what is whole of a file that was cut off into a new one.
 ///
 /// # Errors
-/// If there is nothing whole in it, there is a new file already that may not be replaced, or it cannot be written.
+/// If there is nothing whole in it, there is a new file already that may not be replaced, or it cannot be written; then
+/// there is none.
 pub fn recover(path: &Path, out: &Path, may_replace: bool) -> anyhow::Result<Read> {
     let bytes = std::fs::read(path).with_context(|| format!("{}", path.display()))?;
     let found = read_messages(&bytes, &mut |_| Ok(()));
@@ -192,10 +232,16 @@ pub fn recover(path: &Path, out: &Path, may_replace: bool) -> anyhow::Result<Rea
         path.display()
     );
     let file = create(out, may_replace)?;
+    copy(&bytes, file)
+        .inspect_err(|_| drop(std::fs::remove_file(out)))
+        .with_context(|| format!("{}: cannot be written", out.display()))
+}
+
+/// Writes the messages that are whole.
+fn copy(bytes: &[u8], file: File) -> anyhow::Result<Read> {
     let options = WriteOptions::new().compression(Some(Compression::Lz4));
     let mut writer = options.create(BufWriter::new(file))?;
-    let read = read_messages(&bytes, &mut |message| Ok(writer.write(message)?));
-    let read = read.with_context(|| format!("{}", path.display()))?;
+    let read = read_messages(bytes, &mut |message| Ok(writer.write(message)?))?;
     writer.finish()?;
     Ok(read)
 }

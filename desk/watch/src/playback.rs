@@ -57,11 +57,12 @@ impl Pace {
     /// Waits until it is this late, s.
     fn wait(&mut self, t_s: f64) {
         let (began, from_s) = *self.began.get_or_insert((Instant::now(), t_s));
-        let Ok(since) = Duration::try_from_secs_f64(t_s - from_s) else {
+        let since = Duration::try_from_secs_f64(t_s - from_s).ok();
+        let Some(due) = since.and_then(|since| began.checked_add(since)) else {
             // The gripper has started again.
             self.began = None;
             return;
         };
-        thread::sleep((began + since).saturating_duration_since(Instant::now()));
+        thread::sleep(due.saturating_duration_since(Instant::now()));
     }
 }

@@ -3,9 +3,9 @@
 use std::net::SocketAddr;
 use std::path::Path;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 
-use crate::create::create;
+use crate::create::{create, ending};
 use crate::csv_file::CsvFile;
 #[cfg(feature = "live")]
 use crate::live::Live;
@@ -27,9 +27,9 @@ impl Format {
     /// # Errors
     /// If it is neither.
     pub fn of(path: &Path) -> anyhow::Result<Self> {
-        match path.extension().and_then(|end| end.to_str()) {
-            Some("mcap") => Ok(Self::Mcap),
-            Some("csv") => Ok(Self::Csv),
+        match ending(path).as_str() {
+            "mcap" => Ok(Self::Mcap),
+            "csv" => Ok(Self::Csv),
             _ => bail!("{}: must end with .mcap or .csv", path.display()),
         }
     }
@@ -54,10 +54,11 @@ impl Recorder {
     pub fn new(path: &Path, may_replace: bool) -> anyhow::Result<Self> {
         let format = Format::of(path)?;
         let file = create(path, may_replace)?;
-        Ok(match format {
-            Format::Mcap => Self::Mcap(Box::new(McapFile::new(file)?)),
-            Format::Csv => Self::Csv(Box::new(CsvFile::new(file)?)),
-        })
+        let begun = match format {
+            Format::Mcap => McapFile::new(file).map(|file| Self::Mcap(Box::new(file))),
+            Format::Csv => CsvFile::new(file).map(|file| Self::Csv(Box::new(file))),
+        };
+        begun.with_context(|| format!("{}: cannot be written", path.display()))
     }
 
     /// Serves what would be recorded at an address, and says at which, for port 0 is any that is free.

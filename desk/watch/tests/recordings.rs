@@ -1,14 +1,18 @@
 //! Recordings: written, read, cut off, and done again by the controller.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions};
 use serve::script;
 use sim::setup::Setup;
 use softgrip::table::FINGER;
 use watch::recorder::Recorder;
 use watch::rerun::{Outcome, Rerun};
 use watch::source::Virtual;
+use watch::told::EventTold;
 use watch::{Answer, Observation, Options, Source, Told, Wish, mcap_file, recording};
 
 /// Patience with a machine that has much else to do.
@@ -197,22 +201,33 @@ fn was_cut_off(path: &Path, cut: &Path, told: &[Told]) {
     let mut most = 0;
     for end in (8..bytes.len()).step_by(997).chain([bytes.len() - 1]) {
         std::fs::write(cut, &bytes[..end]).expect("room");
-        let back = read(cut);
+        let recovered = cut.with_file_name("recovered.mcap");
+        let mut back = Vec::new();
+        let is_read = recording::read(cut, &mut |told| {
+            back.push(told);
+            Ok(())
+        });
+        if let Err(error) = is_read {
+            let error = format!("{error:#}");
+            assert!(
+                error.contains("nothing of a gripper is whole in it: its end is missing"),
+                "{error}"
+            );
+            assert!(back.is_empty(), "{end} bytes");
+            let error = mcap_file::recover(cut, &recovered, false).expect_err("nothing");
+            assert!(
+                error.to_string().contains("nothing in it is whole"),
+                "{error}"
+            );
+            assert!(!recovered.exists());
+            continue;
+        }
         let looks = only(&back, seen);
         assert_eq!(looks, whole[..looks.len()], "{end} bytes");
         assert!(
             matches!(back.last(), Some(Told::Note(note)) if note.contains("its end is missing"))
         );
 
-        let recovered = cut.with_file_name("recovered.mcap");
-        if back.len() == 1 {
-            let error = mcap_file::recover(cut, &recovered, false).expect_err("nothing");
-            assert!(
-                error.to_string().contains("nothing in it is whole"),
-                "{error}"
-            );
-            continue;
-        }
         let again = mcap_file::recover(cut, &recovered, true).expect("a recording");
         assert!(again.missing.is_some());
         let recovered = read(&recovered);
@@ -226,7 +241,11 @@ fn was_cut_off(path: &Path, cut: &Path, told: &[Told]) {
     let mut damaged = bytes.clone();
     damaged[1_000..1_016].fill(0);
     std::fs::write(cut, &damaged).expect("room");
-    let looks = only(&read(cut), seen);
+    let mut looks = Vec::new();
+    let _ = recording::read(cut, &mut |told| {
+        looks.extend(seen(&told));
+        Ok(())
+    });
     assert!(looks.len() < whole.len());
     assert_eq!(looks, whole[..looks.len()]);
 
@@ -269,4 +288,68 @@ fn as_csv(path: &Path, told: &[Told]) {
         error.contains("line 3: state = \"asleep\": must be one of starting, idle"),
         "{error}"
     );
+}
+
+/// An MCAP file with one message, and what is wrong with it.
+fn refusal(dir: &Path, topic: &str, schema: &str, encoding: &str, options: WriteOptions) -> String {
+    let path = dir.join("foreign.mcap");
+    let file = std::fs::File::create(&path).expect("room");
+    let mut writer = options.create(file).expect("room");
+    let schema = writer.add_schema(schema, encoding, b"").expect("room");
+    let channel = writer.add_channel(schema, topic, encoding, &BTreeMap::new());
+    let header = MessageHeader {
+        channel_id: channel.expect("room"),
+        sequence: 0,
+        log_time: 0,
+        publish_time: 0,
+    };
+    let written = writer.write_to_known_channel(&header, b"{}");
+    written.and_then(|()| writer.finish()).expect("room");
+    let error = recording::read(&path, &mut |_| Ok(())).expect_err("no gripper's");
+    format!("{error:#}")
+}
+
+#[test]
+fn a_recording_of_something_else_is_refused_by_what_it_is() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let lz4 = || WriteOptions::new().compression(Some(Compression::Lz4));
+    for (topic, schema, encoding) in [
+        ("/camera", "foxglove.Log", "protobuf"),
+        ("/event", "other.Event", "protobuf"),
+        ("/event", "softgrip.Event", "json"),
+    ] {
+        let error = refusal(dir.path(), topic, schema, encoding, lz4());
+        let expected = "foreign.mcap: nothing in it is of a gripper as `softgrip record` writes it";
+        assert!(error.contains(expected), "{error}");
+        assert!(error.ends_with(&format!("it has {topic}")), "{error}");
+    }
+    let path = dir.path().join("empty.mcap");
+    write(&path, &[]);
+    let error = recording::read(&path, &mut |_| Ok(())).expect_err("nothing");
+    assert!(
+        format!("{error:#}").contains("nothing was recorded"),
+        "{error:#}"
+    );
+}
+
+#[test]
+fn a_damaged_chunk_is_not_taken_for_a_missing_end() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("damaged.mcap");
+    let event = |t_s| {
+        Told::Event(EventTold {
+            t_s,
+            name: "holding".into(),
+            text: "holding".into(),
+        })
+    };
+    write(&path, &[event(1.0), event(2.0)]);
+    let mut bytes = std::fs::read(&path).expect("a recording");
+    let text = bytes.windows(7).position(|seven| seven == b"holding");
+    bytes[text.expect("its first text")] ^= 1;
+    std::fs::write(&path, bytes).expect("room");
+    let error = recording::read(&path, &mut |_| Ok(())).expect_err("nothing whole");
+    let error = format!("{error:#}");
+    assert!(error.contains("it is damaged"), "{error}");
+    assert!(!error.contains("end is missing"), "{error}");
 }

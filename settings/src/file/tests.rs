@@ -190,6 +190,18 @@ fn a_grip_goes_no_higher_than_the_highest_pressure_of_the_same_file() {
 }
 
 #[test]
+fn a_grip_that_no_highest_pressure_allows_is_told_together_with_it() {
+    let text = "version = 1\ngrip.grip_pressure_kpa = 170\nregulator.max_pressure_kpa = 500\n";
+    assert_eq!(
+        problems(text),
+        [
+            "x.toml:2: grip.grip_pressure_kpa = 170: must lie within 1 and 160, regulator.max_pressure_kpa",
+            "x.toml:3: regulator.max_pressure_kpa = 500: must lie within 1 and 160, what finger and regulator reach",
+        ]
+    );
+}
+
+#[test]
 fn every_problem_is_listed_in_the_order_of_the_lines() {
     let text = "version = 2\n[grip]\nsettle_ms = -1\nslip_percent = 7\non_fault = 'hodl'\nsettle_ms = 5\n[detection\nslip_percent = 99\n[air]\nregulator_lag_ms = 0\n";
     let problems = problems(text);

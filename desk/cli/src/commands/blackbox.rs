@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use report::recent;
 use sim::trace::COLUMNS;
-use watch::create::create;
+use watch::create::{create, ending};
 use watch::recorder::Recorder;
 use watch::told::EventTold;
 use watch::{Observation, Source, Told};
@@ -100,28 +100,28 @@ enum Kind {
 
 /// By the end of its name.
 fn kind_of(path: &Path) -> anyhow::Result<Kind> {
-    match path.extension().and_then(|end| end.to_str()) {
-        Some("csv") => Ok(Kind::Csv),
-        Some("mcap") => Ok(Kind::Mcap),
-        Some("svg") => Ok(Kind::Svg),
+    match ending(path).as_str() {
+        "csv" => Ok(Kind::Csv),
+        "mcap" => Ok(Kind::Mcap),
+        "svg" => Ok(Kind::Svg),
         _ => bail!("{}: must end with .csv, .mcap or .svg", path.display()),
     }
 }
 
 fn write(path: &Path, readout: &Readout, may_replace: bool) -> anyhow::Result<()> {
+    let cannot = || format!("{}: cannot be written", path.display());
     let put = |text: &str| {
         let written = create(path, may_replace)?.write_all(text.as_bytes());
-        written.with_context(|| format!("{}: cannot be written", path.display()))
+        written.with_context(cannot)
     };
     match kind_of(path)? {
         Kind::Csv => put(&csv(readout)),
         Kind::Svg => put(&svg(readout)?),
         Kind::Mcap => {
             let mut recorder = Recorder::new(path, may_replace)?;
-            for told in told(readout) {
-                recorder.add(&told)?;
-            }
-            recorder.finish()
+            let mut all = told(readout).into_iter();
+            let added = all.try_for_each(|told| recorder.add(&told));
+            added.and_then(|()| recorder.finish()).with_context(cannot)
         }
     }
 }

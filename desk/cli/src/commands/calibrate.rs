@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use ::settings::page;
 use ::sim::setup::Setup;
 use ::sim::sweep;
+use anyhow::ensure;
 use clap::Args;
 use evaluate::calibration::{self, Options};
 use finger::recipe::Recipe;
@@ -26,6 +27,9 @@ pub struct CalibrateArgs {
     /// The settings file that the sweep makes of --settings or of the defaults.
     #[arg(long, value_name = "FILE", conflicts_with = "hands")]
     out: Option<PathBuf>,
+    /// Replace a file that is there.
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Sweep so many hands with 20, 100 and 300 µε of noise and regulators of 20 to 200 ms, and say how well the
     /// controller then knows them.
     #[arg(long, value_name = "N", conflicts_with_all = ["noise", "settings"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -57,7 +61,14 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
 /// Sweeps one hand and keeps what has been found.
 fn one(recipe: &Recipe, args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
     let out = match &args.out {
-        Some(path) => Some((path, Pending::at(path)?)),
+        Some(path) => {
+            ensure!(
+                args.force || !path.is_file(),
+                "{}: is there already: choose another name, or replace it with --force",
+                path.display()
+            );
+            Some((path, Pending::at(path)?))
+        }
         None => None,
     };
     let mut setup = Setup::with_castings(recipe, args.finger_seed)?;

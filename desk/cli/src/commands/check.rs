@@ -1,5 +1,6 @@
 //! `softgrip check`: whether a gripper that has just been wired is whole.
 
+use std::fs::File;
 use std::io::{IsTerminal, Write as _, stdin};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,7 +14,7 @@ use ::check::{Ended, Finding, Options, Person, Report, Step, Verdict, let_go, ru
 use ::serve::stop_on_signals;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use watch::create::create;
+use watch::create::{create, ending};
 use watch::{Connection, Source};
 
 use super::output::{self, outln};
@@ -59,9 +60,9 @@ enum Format {
 
 impl Format {
     fn of(path: &Path) -> anyhow::Result<Self> {
-        match path.extension().and_then(|end| end.to_str()) {
-            Some("md") => Ok(Self::Markdown),
-            Some("json") => Ok(Self::Json),
+        match ending(path).as_str() {
+            "md" => Ok(Self::Markdown),
+            "json" => Ok(Self::Json),
             _ => bail!("{}: must end with .md or .json", path.display()),
         }
     }
@@ -123,16 +124,25 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
             "THERE MAY BE PRESSURE: shut the air off, and vent it, before anybody reaches in"
         ));
     }
-    if let (Some(mut file), Some(format), Some(path)) = (file, format, &args.out) {
-        let text = match format {
-            Format::Markdown => report.markdown(),
-            Format::Json => format!("{:#}\n", report.json()),
-        };
-        file.write_all(text.as_bytes())
-            .with_context(|| format!("{}: cannot be written", path.display()))?;
-    }
+    let saved = match (file, format, &args.out) {
+        (Some(file), Some(format), Some(path)) => save(&report, format, file, path),
+        _ => Ok(()),
+    };
     unsaid?;
-    conclude(args, &report)
+    conclude(args, &report, saved)
+}
+
+/// Writes the report; none is left where it cannot be written whole.
+fn save(report: &Report, format: Format, mut file: File, path: &Path) -> anyhow::Result<()> {
+    let text = match format {
+        Format::Markdown => report.markdown(),
+        Format::Json => format!("{:#}\n", report.json()),
+    };
+    let written = file.write_all(text.as_bytes());
+    if written.is_err() {
+        std::fs::remove_file(path).with_context(|| format!("{}: is cut off", path.display()))?;
+    }
+    written.with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 fn connect(args: &CheckArgs) -> anyhow::Result<Connection> {
@@ -158,7 +168,7 @@ fn tell(finding: &Finding, is_new: bool) -> anyhow::Result<()> {
         verdict.word()
     );
     if matches!(verdict, Verdict::Failed | Verdict::Warned) && !look_at.is_empty() {
-        outln!("             look at {look_at}");
+        outln!("             advice: {look_at}");
     }
     Ok(())
 }
@@ -210,9 +220,14 @@ fn seek(args: &CheckArgs) -> bool {
     false
 }
 
-/// How it has ended.
-fn conclude(args: &CheckArgs, report: &Report) -> anyhow::Result<ExitCode> {
+/// How it has ended, also where the report could not be saved.
+fn conclude(
+    args: &CheckArgs,
+    report: &Report,
+    saved: anyhow::Result<()>,
+) -> anyhow::Result<ExitCode> {
     outln!("{}", report.summary());
+    saved?;
     if let Some(path) = &args.out {
         outln!("the report is in {}", path.display());
     }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Context, ensure};
 use clap::Args;
 use serde_json::Value;
+use watch::create::ending;
 use watch::verdicts::{Verdict, compare};
 use watch::{Told, recording};
 
@@ -59,9 +60,9 @@ pub fn run(args: &DiffArgs) -> anyhow::Result<ExitCode> {
 
 /// The events of a file.
 fn verdicts(path: &Path) -> anyhow::Result<Vec<Verdict>> {
-    match path.extension().and_then(|end| end.to_str()) {
-        Some("mcap") => recorded(path),
-        Some("csv") => {
+    match ending(path).as_str() {
+        "mcap" => recorded(path),
+        "csv" => {
             let events = replay::trace_events(path)?.into_iter();
             let verdicts = events.map(|event| Verdict {
                 t_s: event.t_s,

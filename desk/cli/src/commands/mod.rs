@@ -29,6 +29,8 @@ pub mod sweep;
 pub mod table;
 pub mod telemetry;
 
+#[cfg(unix)]
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -198,6 +200,13 @@ fn within(min: f64, max: f64) -> impl Fn(&str) -> anyhow::Result<f64> + Clone {
         );
         Ok(value)
     }
+}
+
+/// Parses where a port is served.
+#[cfg(unix)]
+fn address(text: &str) -> anyhow::Result<SocketAddr> {
+    let address = text.parse().ok();
+    address.context("must be an IP address and a port, as in 127.0.0.1:8080")
 }
 
 /// Does something that is parallel with so many threads, or as many as there are processors.

@@ -11,6 +11,7 @@ use clap::Args;
 use softgrip::FINGERS;
 use watch::Source;
 
+use super::address;
 use super::output::{note, outln};
 use super::source::SourceArgs;
 
@@ -25,7 +26,7 @@ pub struct PanelArgs {
     from: Source,
     /// Where the page is served; port 0 is any that is free. Other machines reach it at another address than the
     /// loopback one.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080", value_parser = address)]
     listen: SocketAddr,
     #[command(flatten)]
     source: SourceArgs,

@@ -14,6 +14,7 @@ use softgrip::TICK_US;
 use softgrip::frontend::{FrontEnd, GaugeSettings};
 use softgrip::settings::{GaugeSense, Settings};
 use softgrip::table::FingerTable;
+use watch::create::ending;
 use watch::fields::FIELDS;
 use watch::recording;
 use watch::rerun::{Difference, Outcome, Rerun};
@@ -61,6 +62,8 @@ enum GaugeKind {
     Contact,
 }
 
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 /// Between rows of less than 100 Hz, s.
 const SLOW_S: f64 = 0.0105;
 /// How long a command that is late by a row lets the pressure deviate: a ramp of 160 kPa at 400 kPa/s.
@@ -69,7 +72,7 @@ const SLOW_FOLLOWING_MS: f32 = 400.0;
 pub fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let table = load_table(args.recipe.as_deref())?;
     let began = Instant::now();
-    let is_recording = args.trace.extension().is_some_and(|end| end == "mcap");
+    let is_recording = ending(&args.trace) == "mcap";
     anyhow::ensure!(
         is_recording || !args.from_hardware_frames,
         "{}: --from-hardware-frames needs a recording (.mcap) with every tick",
@@ -127,6 +130,14 @@ fn of_recording(args: &ReplayArgs, table: &'static FingerTable) -> anyhow::Resul
         match &told {
             Told::Note(text) => output::note(format_args!("{text}")),
             Told::Observation(seen) => add_row(&mut rows, seen),
+            // A gripper on the bus tells no patch level.
+            Told::Provenance(about) if !VERSION.starts_with(&about.version) => {
+                output::note(format_args!(
+                    "{}: recorded from version {}, and done again by {VERSION}",
+                    name(),
+                    about.version
+                ));
+            }
             _ => {}
         }
         rerun.take(&told)
@@ -223,7 +234,11 @@ fn judge(args: &ReplayArgs, outcome: &Outcome) -> anyhow::Result<ExitCode> {
     );
     match &outcome.difference {
         None => {
-            outln!("the same, bit for bit");
+            let what = match outcome.codes == outcome.ticks {
+                true => "",
+                false => "what was compared is ",
+            };
+            outln!("{what}the same, bit for bit");
             Ok(ExitCode::SUCCESS)
         }
         Some(Difference {

@@ -14,6 +14,7 @@ use ::serve::twin::Twin;
 use anyhow::Context;
 use clap::Args;
 
+use super::address;
 use super::output::{self, outln};
 use super::source::VirtualArgs;
 
@@ -26,7 +27,7 @@ pub struct ServeArgs {
     #[arg(long, value_name = "PATH", conflicts_with = "tcp")]
     tty: Option<PathBuf>,
     /// Serve RTU frames over TCP at this address in place of a pseudo-terminal; port 0 is any that is free.
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address)]
     tcp: Option<SocketAddr>,
     #[command(flatten)]
     gripper: VirtualArgs,

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use anyhow::ensure;
+use anyhow::bail;
 
 /// Tried in this order; a blank stands for any run of blanks.
 pub const SEPARATORS: [char; 4] = [',', ';', '\t', ' '];
@@ -20,7 +20,7 @@ pub fn name(separator: char) -> &'static str {
 /// Text of any encoding that spreadsheets and loggers use: UTF-8, UTF-16 with its mark, else Latin-1.
 ///
 /// # Errors
-/// If it contains zero bytes, so that it is no text.
+/// If it is compressed, or contains zero bytes, so that it is no text.
 pub fn decode(bytes: &[u8]) -> anyhow::Result<Cow<'_, str>> {
     let wide = |swap: fn([u8; 2]) -> u16| {
         let (pairs, _) = bytes.as_chunks::<2>();
@@ -28,6 +28,8 @@ pub fn decode(bytes: &[u8]) -> anyhow::Result<Cow<'_, str>> {
         Cow::Owned(String::from_utf16_lossy(&units))
     };
     let text = match bytes {
+        [0x1f, 0x8b, ..] => bail!("compressed by gzip: unpack it first"),
+        [b'P', b'K', 3, 4, ..] => bail!("a spreadsheet or an archive: save it as CSV"),
         [0xff, 0xfe, ..] => wide(u16::from_le_bytes),
         [0xfe, 0xff, ..] => wide(u16::from_be_bytes),
         [0xef, 0xbb, 0xbf, rest @ ..] | rest => match str::from_utf8(rest) {
@@ -35,7 +37,10 @@ pub fn decode(bytes: &[u8]) -> anyhow::Result<Cow<'_, str>> {
             Err(_) => Cow::Owned(rest.iter().map(|byte| char::from(*byte)).collect()),
         },
     };
-    ensure!(!text.contains('\0'), "not text: it has zero bytes");
+    if let Some(at) = text.find('\0') {
+        let line = 1 + text[..at].matches('\n').count();
+        bail!("line {line}: a zero byte, so this is no text; UTF-16 must begin with its mark");
+    }
     // Lines of old spreadsheets end in a carriage return alone.
     Ok(match text.contains('\r') && !text.contains('\n') {
         true => Cow::Owned(text.replace('\r', "\n")),

@@ -64,9 +64,11 @@ pub(super) fn understand(rows: &mut [Row]) -> Understood {
     commands.extend(plateaus.first().map(|first| (0, first.kpa)));
     let leaves = |a: &Plateau, end: usize| {
         let band = (4.0 * sigma).max(0.1);
+        // A controller's trim moves what it commands: where it has come to counts.
+        let at_last = median(&values[usize::midpoint(a.from, a.to)..a.to]);
         let stays = (a.from..end)
             .rev()
-            .find(|i| (values[*i] - a.kpa).abs() <= band);
+            .find(|i| (values[*i] - at_last).abs() <= band);
         stays.map_or(a.to, |i| i + 1)
     };
     for pair in plateaus.windows(2) {
@@ -177,6 +179,12 @@ fn noise(values: &[f64]) -> f64 {
     median.map_or(0.0, |bend| bend / 0.674 / 6f64.sqrt())
 }
 
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+}
+
 fn plateaus(rows: &[Row], values: &[f64], sigma: f64) -> Vec<Plateau> {
     let width = PLATEAU_KPA.max(PLATEAU_SIGMAS * sigma);
     let mut found: Vec<Plateau> = Vec::new();
@@ -193,9 +201,7 @@ fn plateaus(rows: &[Row], values: &[f64], sigma: f64) -> Vec<Plateau> {
             from += 1;
             continue;
         }
-        let mut sorted = values[from..to].to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let kpa = match sorted[sorted.len() / 2] {
+        let kpa = match median(&values[from..to]) {
             kpa if kpa < 2.0 * REST_KPA => 0.0,
             kpa => kpa,
         };

@@ -29,6 +29,15 @@ fn columns_may_stand_in_any_order_among_others() {
 fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
     for (text, expected) in [
         ("", "line 1: no column t_s"),
+        ("PK\u{3}\u{4}", "save it as CSV"),
+        (
+            &HEADER.replace(',', "|"),
+            "separated by commas, semicolons, tabs or blanks",
+        ),
+        (
+            &format!("{HEADER}\n0,0,0,0,0,0\n\0\0\0"),
+            "line 3: a zero byte, so this is no text",
+        ),
         (HEADER, "0 rows of data: a trace needs at least two"),
         (
             "t_s,strain1_ue,strain2_ue,pressure_kpa,setpoint_kpa\n",
@@ -36,11 +45,11 @@ fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
         ),
         (
             &format!("{HEADER}\n0,0,0,0,0,0\n0.001,0,NaN,0,0,0\n"),
-            "line 3: strain2_ue = \"NaN\": must be a finite number",
+            "line 3: strain2_ue = \"NaN\": must be a finite number, or empty where there is none",
         ),
         (
             &format!("{HEADER}\n0,0,,0,0,0\n0.001,0,,0,0,0\n"),
-            "strain2_ue: every cell is empty",
+            "strain2_ue: every cell is empty: what is read over the bus has residuals",
         ),
         (
             &format!("{HEADER}\n0,0,0,0,0,0\n,0,0,0,0,0\n"),
@@ -66,4 +75,38 @@ fn every_bad_trace_is_named_by_its_line_and_what_would_be_right() {
         let message = error(text);
         assert!(message.contains(expected), "{message}");
     }
+}
+
+/// A command of 140 kPa that is read back behind its ramp and the controller's trim, and falls for 0.1 s at the end.
+fn commanded(ms: u32) -> f64 {
+    let t_s = 1e-3 * f64::from(ms);
+    match t_s {
+        ..0.3 => 0.0,
+        0.3..0.647 => 400.0 * (t_s - 0.3),
+        0.647..1.4 => 140.0 - 1.2 * (-8.0 * (t_s - 0.647)).exp(),
+        _ => 140.0 - 400.0 * (t_s - 1.4),
+    }
+}
+
+#[test]
+fn a_command_that_a_trim_moves_is_left_where_its_ramp_begins() {
+    let mut text = format!("{HEADER}\n");
+    for ms in 0..1500 {
+        let row = format!("{},0,0,0,0,{:.3}\n", 1e-3 * f64::from(ms), commanded(ms));
+        text.push_str(&row);
+    }
+    let trace = parse(text.as_bytes()).expect("a good trace");
+    let changes: Vec<f64> = trace
+        .rows
+        .windows(2)
+        .filter(|pair| pair[0].setpoint_kpa != pair[1].setpoint_kpa)
+        .map(|pair| pair[1].t_s)
+        .collect();
+    let [grip, fall] = changes[..] else {
+        panic!("{changes:?}");
+    };
+    assert!(
+        (grip - 0.3).abs() < 0.005 && (fall - 1.4).abs() < 0.005,
+        "{changes:?}"
+    );
 }

@@ -258,6 +258,12 @@ mod tests {
     }
 
     #[test]
+    fn the_manuals_specification_is_a_good_one() {
+        let spec = spec(include_str!("../../../../docs/sweep.toml"));
+        assert_eq!(spec.runs, 20);
+    }
+
+    #[test]
     fn a_random_sample_stays_in_its_ranges_and_does_not_depend_on_the_order() {
         let spec = spec(
             "kind = 'random'\nruns = 50\nseed = 3\n[vary]\nfriction = { from = 0.7, to = 0.9 }\n",
