@@ -6,8 +6,10 @@ use crate::units::{AdcCode, Microstrain};
 const STUCK_TICKS: u16 = 15;
 /// Share of measurements with a new code, averaged over 250 ms, above which a gauge flickers.
 const LIVELY: f32 = 0.9;
-/// A gauge that shows one code while the free-bend strain moves by this much is stuck.
+/// A gauge that shows one code while the free-bend strain moves by this much is stuck, …
 const STUCK_FREE_UE: f32 = 1_500.0;
+/// … after so many repetitions: at 25 Hz it moves as far between two measurements, which may be alike by chance.
+const ALIKE: u16 = 3;
 
 /// How long a gauge has shown its code, and how often it shows a new one.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +52,9 @@ impl Liveliness {
     pub fn is_stuck(&self, free_strain: Option<Microstrain>) -> bool {
         let froze = self.lively > LIVELY && self.unchanged >= STUCK_TICKS;
         let ignored_pressure = match (free_strain, self.free_at_change) {
-            (Some(now), Some(then)) => self.unchanged > 0 && (now.0 - then).abs() > STUCK_FREE_UE,
+            (Some(now), Some(then)) => {
+                self.unchanged >= ALIKE && (now.0 - then).abs() > STUCK_FREE_UE
+            }
             _ => false,
         };
         froze || ignored_pressure
@@ -120,6 +124,18 @@ mod tests {
         let free = Some(Microstrain(2_490.0));
         liveliness.step(AdcCode(30_001), free, GAIN);
         assert!(!liveliness.is_stuck(free));
+    }
+
+    #[test]
+    fn measurements_alike_by_chance_are_not_stuck_however_fast_the_pressure() {
+        let mut liveliness = Liveliness::NEW;
+        let moves = |step: u16| Some(Microstrain(2_000.0 * f32::from(step)));
+        for step in 0..3 {
+            liveliness.step(AdcCode(30_000), moves(step), GAIN);
+            assert!(!liveliness.is_stuck(moves(step)), "{step}");
+        }
+        liveliness.step(AdcCode(30_000), moves(3), GAIN);
+        assert!(liveliness.is_stuck(moves(3)));
     }
 
     #[test]

@@ -21,6 +21,9 @@ const FIRST: f32 = 0.3;
 const WINDOW_TICKS: u16 = 200;
 /// Means at one stop, so that a sweep takes 55 s at the most.
 const MOST_WINDOWS: u8 = 11;
+/// After so many means the fingers have moved, and what keeps them from rest is noise: the way there has ended, and this mean
+/// goes on to the last.
+const MOVED_WINDOWS: u8 = 8;
 /// The fingers rest when two means differ by less than this share of the table's last free strain.
 const RESTS: f32 = 0.000_2;
 /// A pressure that ends further from where it should be belongs to a regulator without air, or that leaks.
@@ -150,17 +153,21 @@ impl Sweep {
             // Such gauges tell contact alone, and nothing of a free bend.
             return Err(SweepFault::Gauge);
         }
+        let moves = match self.windows < MOVED_WINDOWS {
+            true => 1.0,
+            false => 0.0,
+        };
         self.sums.kpa += pressure.0;
-        self.area.kpa += pressure.0 - self.before.kpa;
+        self.area.kpa += moves * (pressure.0 - self.before.kpa);
         let sums = self.sums.strain_ue.iter_mut().zip(&mut self.area.strain_ue);
         for ((sum, area), (strain, before)) in
             sums.zip(strain_ue.into_iter().zip(self.before.strain_ue))
         {
             *sum += strain;
-            *area += strain - before;
+            *area += moves * (strain - before);
         }
         self.ticks = self.ticks.saturating_add(1);
-        if self.ticks < WINDOW_TICKS {
+        if !self.ticks.is_multiple_of(WINDOW_TICKS) {
             return Ok(());
         }
         let is_noisy = |&variance: &f32| variance > NOISE_UE * NOISE_UE;
@@ -176,18 +183,21 @@ impl Sweep {
 
     /// One mean more; says whether it was the last one of its stop.
     fn window(&mut self, table: &FingerTable) -> Result<bool, SweepFault> {
-        let share = 1.0 / f32::from(WINDOW_TICKS);
+        let share = 1.0 / f32::from(self.ticks);
         let window = Level {
             kpa: share * self.sums.kpa,
             strain_ue: self.sums.strain_ue.map(|sum| share * sum),
         };
-        self.sums = Level::default();
-        self.ticks = 0;
         self.windows = self.windows.saturating_add(1);
+        if self.windows < MOVED_WINDOWS {
+            self.sums = Level::default();
+            self.ticks = 0;
+        }
         let target_kpa = self.max_kpa * self.share();
         let still_ue = FINGERS as f32 * RESTS * strain_ue(table, self.max_kpa);
         let rests = self.last.is_some_and(|last| {
-            (window.sum_ue() - last.sum_ue()).abs() < still_ue
+            self.windows <= MOVED_WINDOWS
+                && (window.sum_ue() - last.sum_ue()).abs() < still_ue
                 && (window.kpa - last.kpa).abs() < 0.1 * REACHED_KPA
                 && (window.kpa - target_kpa).abs() < REACHED_KPA
         });
@@ -201,6 +211,8 @@ impl Sweep {
         let ended = self.take(window, table)?;
         self.before = window;
         self.area = Level::default();
+        self.sums = Level::default();
+        self.ticks = 0;
         self.last = None;
         self.windows = 0;
         if ended {
