@@ -174,8 +174,18 @@ fn a_debugger_s_stream_needs_the_image_s_elf_file() {
     };
     let error = watch::open(&source, &not_elf).err().expect("no ELF");
     assert!(format!("{error:#}").contains("no ELF file"), "{error:#}");
-    let error = "probe".parse::<Source>().expect_err("no probe");
-    assert!(error.to_string().contains("rtt server start"), "{error}");
+}
+
+#[cfg(not(feature = "probe"))]
+#[test]
+fn a_program_without_probes_says_how_one_is_built_and_how_to_do_without() {
+    let source: Source = "probe".parse().expect("a source");
+    let error = watch::open(&source, &options(false))
+        .err()
+        .expect("no probe");
+    let error = format!("{error:#}");
+    assert!(error.contains("--features probe"), "{error}");
+    assert!(error.contains("rtt server start"), "{error}");
 }
 
 #[test]
@@ -190,8 +200,7 @@ fn an_unknown_source_is_refused_with_what_would_be_right() {
     ] {
         let error = text.parse::<Source>().expect_err(text).to_string();
         assert!(
-            error
-                .contains("tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, or the path"),
+            error.contains("tty:/dev/ttyUSB0, tcp:HOST:PORT, defmt:-, defmt:HOST:PORT, probe"),
             "{error}"
         );
     }
