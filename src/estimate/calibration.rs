@@ -41,8 +41,8 @@ pub(super) const AROUND_PERCENT: f32 = 75.0;
 const UNPASSED_PERCENT: f32 = 65.0;
 
 /// What swept fingers lack at most of the strain with which they meet, percent: more than others may, because what they
-/// lack is no error of the table any more. What is left is the error of the lag: with 300 µε of noise a sweep has found 49 ms
-/// where there are 80, and fast closes of that hand lack up to 11. Spheres and cylinders of 64 to 70 mm make them lack 34 or
+/// lack is no error of the table any more. What is left is the error of the lag: with 300 µε of noise a sweep finds 68 to 107 ms
+/// where there are 80, and fast closes lack up to 9. Spheres and cylinders of 64 to 70 mm make them lack 31 or
 /// more, those from 59 mm on 20.
 const EMPTY_PERCENT: f32 = 15.0;
 
