@@ -23,7 +23,7 @@ const WINDOW_TICKS: u16 = 200;
 const MOST_WINDOWS: u8 = 11;
 /// After so many means the fingers have moved, and what keeps them from rest is noise: the way there has ended, and this mean
 /// goes on to the last.
-const MOVED_WINDOWS: u8 = 8;
+const MOVED_WINDOWS: u8 = 9;
 /// The fingers rest when two means differ by less than this share of the table's last free strain.
 const RESTS: f32 = 0.000_2;
 /// A pressure that ends further from where it should be belongs to a regulator without air, or that leaks.
