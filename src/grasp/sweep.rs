@@ -21,9 +21,10 @@ const FIRST: f32 = 0.3;
 const WINDOW_TICKS: u16 = 200;
 /// Means at one stop, so that a sweep takes 55 s at the most.
 const MOST_WINDOWS: u8 = 11;
-/// After so many means the fingers have moved, and what keeps them from rest is noise: the way there has ended, and this mean
-/// goes on to the last.
-const MOVED_WINDOWS: u8 = 9;
+/// A gauge with this noise, µε rms, lets no finger rest: after so many means the way there has ended, and this mean goes on
+/// to the last. A finger with a lag of 400 ms then seems 56 ms faster, which is what noise would make of it.
+const LOUD_UE: f32 = 150.0;
+const MOVED_WINDOWS: u8 = 8;
 /// The fingers rest when two means differ by less than this share of the table's last free strain.
 const RESTS: f32 = 0.000_2;
 /// A pressure that ends further from where it should be belongs to a regulator without air, or that leaks.
@@ -74,6 +75,8 @@ pub(super) struct Sweep {
     windows: u8,
     ticks: u16,
     sums: Level,
+    /// The sums are not of one mean alone any more.
+    goes_on: bool,
     /// Of the present stop, and of the one before.
     last: Option<Level>,
     before: Level,
@@ -101,6 +104,7 @@ impl Sweep {
             windows: 0,
             ticks: 0,
             sums: Level::default(),
+            goes_on: false,
             last: None,
             before: Level::default(),
             knee: None,
@@ -153,9 +157,9 @@ impl Sweep {
             // Such gauges tell contact alone, and nothing of a free bend.
             return Err(SweepFault::Gauge);
         }
-        let moves = match self.windows < MOVED_WINDOWS {
-            true => 1.0,
-            false => 0.0,
+        let moves = match self.goes_on {
+            true => 0.0,
+            false => 1.0,
         };
         self.sums.kpa += pressure.0;
         self.area.kpa += moves * (pressure.0 - self.before.kpa);
@@ -170,9 +174,14 @@ impl Sweep {
         if !self.ticks.is_multiple_of(WINDOW_TICKS) {
             return Ok(());
         }
-        let is_noisy = |&variance: &f32| variance > NOISE_UE * NOISE_UE;
+        let exceeds = |ue: f32| {
+            reading
+                .noise_variance
+                .iter()
+                .any(|&variance| variance > ue * ue)
+        };
         // While the fingers move, their noise is not known.
-        if self.window(table)? && reading.noise_variance.iter().any(is_noisy) {
+        if self.window(table, exceeds(LOUD_UE))? && exceeds(NOISE_UE) {
             self.noisy_stops = self.noisy_stops.saturating_add(1);
         }
         match self.noisy_stops >= NOISY_STOPS {
@@ -182,21 +191,23 @@ impl Sweep {
     }
 
     /// One mean more; says whether it was the last one of its stop.
-    fn window(&mut self, table: &FingerTable) -> Result<bool, SweepFault> {
+    fn window(&mut self, table: &FingerTable, is_loud: bool) -> Result<bool, SweepFault> {
         let share = 1.0 / f32::from(self.ticks);
         let window = Level {
             kpa: share * self.sums.kpa,
             strain_ue: self.sums.strain_ue.map(|sum| share * sum),
         };
         self.windows = self.windows.saturating_add(1);
-        if self.windows < MOVED_WINDOWS {
+        let went_on = self.goes_on;
+        self.goes_on |= is_loud && self.windows >= MOVED_WINDOWS;
+        if !self.goes_on {
             self.sums = Level::default();
             self.ticks = 0;
         }
         let target_kpa = self.max_kpa * self.share();
         let still_ue = FINGERS as f32 * RESTS * strain_ue(table, self.max_kpa);
         let rests = self.last.is_some_and(|last| {
-            self.windows <= MOVED_WINDOWS
+            !went_on
                 && (window.sum_ue() - last.sum_ue()).abs() < still_ue
                 && (window.kpa - last.kpa).abs() < 0.1 * REACHED_KPA
                 && (window.kpa - target_kpa).abs() < REACHED_KPA
@@ -215,6 +226,7 @@ impl Sweep {
         self.ticks = 0;
         self.last = None;
         self.windows = 0;
+        self.goes_on = false;
         if ended {
             self.fit = Some(self.found());
         }
