@@ -159,7 +159,7 @@ mod tests {
             ),
             ("GD32VF103CBT6", "is no ARM chip"),
         ] {
-            let error = sequence(chip).err().expect(expected).to_string();
+            let error = sequence(chip).map(drop).expect_err(expected).to_string();
             assert!(error.contains(expected), "{error}");
         }
     }
