@@ -203,15 +203,22 @@ fn a_program_that_connects_gets_what_is_recorded_and_what_was_told_before() {
         let of_topic: Vec<_> = of_topic.map(|(_, bytes)| bytes.clone()).collect();
         assert_eq!(of_topic, recorded.messages, "{topic}");
     }
-    means_what_was_told(&dir.path().join("got.mcap"), &got);
+    means_what_was_told(&dir.path().join("got.mcap"), &recorded, &got);
 }
 
 /// What was got is what was told, to whoever reads it as a recording.
-fn means_what_was_told(path: &Path, got: &[(usize, Vec<u8>)]) {
+fn means_what_was_told(
+    path: &Path,
+    recorded: &BTreeMap<String, Recorded>,
+    got: &[(usize, Vec<u8>)],
+) {
     let file = std::fs::File::create(path).expect("room");
     let mut writer = mcap::Writer::new(file).expect("a file");
     for (topic, bytes) in got {
-        let channel = writer.add_channel(0, TOPICS[*topic], "protobuf", &BTreeMap::new());
+        let about = &recorded[TOPICS[*topic]];
+        let schema = writer.add_schema(&about.schema_name, "protobuf", &about.schema);
+        let schema = schema.expect("room");
+        let channel = writer.add_channel(schema, TOPICS[*topic], "protobuf", &BTreeMap::new());
         let header = mcap::records::MessageHeader {
             channel_id: channel.expect("a channel"),
             sequence: 0,
