@@ -192,6 +192,10 @@ fn ctrl_c_ends_a_recording_and_other_settings_show_what_would_have_been() {
 fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
     let bench = Bench::new();
     std::fs::write(bench.path("there.mcap"), "").expect("room");
+    let refused = |args: &[&str], expected: &str| {
+        let text = bench.says(2, &[&["record"], args].concat());
+        assert!(text.contains(expected), "{args:?}: {text}");
+    };
     for (args, expected) in [
         (
             &["--from", "virtual", "--out", "there.mcap"][..],
@@ -237,8 +241,7 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
             "not an MCAP file",
         ),
     ] {
-        let text = bench.says(2, &[&["record"][..], args].concat());
-        assert!(text.contains(expected), "{args:?}: {text}");
+        refused(args, expected);
     }
     #[cfg(not(any(feature = "live", feature = "probe")))]
     for (args, expected) in [
@@ -259,8 +262,7 @@ fn what_cannot_be_recorded_is_refused_with_what_would_be_right() {
             "name defmt:localhost:9090 with --elf",
         ),
     ] {
-        let text = bench.says(2, &[&["record"][..], args].concat());
-        assert!(text.contains(expected), "{args:?}: {text}");
+        refused(args, expected);
     }
     assert!(!bench.path("a.csv").exists());
     let text = bench.says(2, &["replay", "there.mcap", "--from-hardware-frames"]);

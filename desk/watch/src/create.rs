@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::ErrorKind;
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow};
 
 /// Makes a file, and takes the place of one that is there only where that is allowed.
 ///
@@ -18,12 +18,17 @@ pub fn create(path: &Path, may_replace: bool) -> anyhow::Result<File> {
         false => options.create_new(true),
     };
     match options.open(path) {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!(
-            "{}: is there already: choose another name, or replace it with --force",
-            path.display()
-        ),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(taken(path)),
         made => made.with_context(|| format!("{}: cannot be written", path.display())),
     }
+}
+
+/// Why a file is not made where there is one.
+pub fn taken(path: &Path) -> anyhow::Error {
+    anyhow!(
+        "{}: is there already: choose another name, or replace it with --force",
+        path.display()
+    )
 }
 
 /// The end of a file's name, as `csv`, in lower case: some loggers write `.CSV`. Empty if there is none.

@@ -161,29 +161,30 @@ fn every_tick_is_told_where_ticks_are_wanted() {
     assert_eq!(looks, 25);
 }
 
+/// Why a source cannot be opened.
+fn refusal(source: &str, options: &Options) -> String {
+    let source: Source = source.parse().expect("a source");
+    let error = watch::open(&source, options).err().expect("a refusal");
+    format!("{error:#}")
+}
+
 #[test]
 fn a_debugger_s_stream_needs_the_image_s_elf_file() {
-    let source: Source = "defmt:localhost:1".parse().expect("a source");
-    let error = watch::open(&source, &options(false))
-        .err()
-        .expect("no file");
-    assert!(error.to_string().contains("needs --elf FILE"), "{error}");
+    let source = "defmt:localhost:1";
+    let error = refusal(source, &options(false));
+    assert!(error.contains("needs --elf FILE"), "{error}");
     let not_elf = Options {
         elf: Some(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml").into()),
         ..options(false)
     };
-    let error = watch::open(&source, &not_elf).err().expect("no ELF");
-    assert!(format!("{error:#}").contains("no ELF file"), "{error:#}");
+    let error = refusal(source, &not_elf);
+    assert!(error.contains("no ELF file"), "{error}");
 }
 
 #[cfg(not(feature = "probe"))]
 #[test]
 fn a_program_without_probes_says_how_one_is_built_and_how_to_do_without() {
-    let source: Source = "probe".parse().expect("a source");
-    let error = watch::open(&source, &options(false))
-        .err()
-        .expect("no probe");
-    let error = format!("{error:#}");
+    let error = refusal("probe", &options(false));
     assert!(error.contains("--features probe"), "{error}");
     assert!(error.contains("rtt server start"), "{error}");
 }

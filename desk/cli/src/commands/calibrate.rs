@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use ::settings::page;
 use ::sim::setup::Setup;
 use ::sim::sweep;
-use anyhow::ensure;
 use clap::Args;
 use evaluate::calibration::{self, Options};
 use finger::recipe::Recipe;
 use report::files::Pending;
+use watch::create;
 
 use super::output::outln;
 use super::{Controls, in_parallel, load_recipe, progress_bar, within};
@@ -61,14 +61,8 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
 /// Sweeps one hand and keeps what has been found.
 fn one(recipe: &Recipe, args: &CalibrateArgs) -> anyhow::Result<ExitCode> {
     let out = match &args.out {
-        Some(path) => {
-            ensure!(
-                args.force || !path.is_file(),
-                "{}: is there already: choose another name, or replace it with --force",
-                path.display()
-            );
-            Some((path, Pending::at(path)?))
-        }
+        Some(path) if !args.force && path.is_file() => return Err(create::taken(path)),
+        Some(path) => Some((path, Pending::at(path)?)),
         None => None,
     };
     let mut setup = Setup::with_castings(recipe, args.finger_seed)?;
